@@ -31,24 +31,31 @@ reconstruction::BeginningOptions beginning_options(const reconstruction::Reconst
   return {o.planes, o.keep_to_mask, o.mask_margin_px, o.noise_m};
 }
 
-Beginning find_object(const py::array& depth, const py::object& place, const Camera& camera,
-                      const std::optional<PyVolume>& initial,
+frame::DepthFrame first_frame(const py::array& depth, const py::object& given, const Camera& camera) {
+  frame::DepthFrame frame{image_view(depth, "depth", camera), nullptr, nullptr};
+  frame.given_m = given_view(given, camera);
+  return frame;
+}
+
+Beginning find_object(const py::array& depth, const py::object& given, const py::object& place,
+                      const Camera& camera, const std::optional<PyVolume>& initial,
                       const reconstruction::ReconstructionOptions& options) {
-  const ImageView<float> image = image_view(depth, "depth", camera);
+  const frame::DepthFrame frame = first_frame(depth, given, camera);
   const tracking::PoseHint hint = pose_hint_from(place, camera);
   const std::optional<reconstruction::KnownShape> shape = known_shape_from(initial);
   const ReleaseGil release;
-  return reconstruction::find_object(image, hint, camera, shape ? &*shape : nullptr,
+  return reconstruction::find_object(frame, hint, camera, shape ? &*shape : nullptr,
                                      beginning_options(options));
 }
 
-Beginning find_standing(const py::array& depth, const py::array& T, const Camera& camera,
-                        const PyVolume& initial, const reconstruction::ReconstructionOptions& options) {
-  const ImageView<float> image = image_view(depth, "depth", camera);
+Beginning find_standing(const py::array& depth, const py::object& given, const py::array& T,
+                        const Camera& camera, const PyVolume& initial,
+                        const reconstruction::ReconstructionOptions& options) {
+  const frame::DepthFrame frame = first_frame(depth, given, camera);
   const Rigidd T_cam_obj = rigid_from(T, "T");
   const std::optional<reconstruction::KnownShape> shape = known_shape_from(initial);
   const ReleaseGil release;
-  return reconstruction::find_standing(image, T_cam_obj, camera, *shape, beginning_options(options));
+  return reconstruction::find_standing(frame, T_cam_obj, camera, *shape, beginning_options(options));
 }
 
 // As it was saved.
@@ -138,9 +145,10 @@ void bind_beginning(py::module_& m) {
         if (!self.outline) return std::nullopt;
         return mask_to_numpy(*self.outline);
       });
-  m.def("find_object", &find_object, "depth"_a, "place"_a, "camera"_a, "initial"_a, "options"_a,
+  m.def("find_object", &find_object, "depth"_a, "given"_a, "place"_a, "camera"_a, "initial"_a, "options"_a,
         "The object of a first frame at a mask, a box, or a pose of the initial shape.");
-  m.def("find_standing", &find_standing, "depth"_a, "T_cam_obj"_a, "camera"_a, "shape"_a, "options"_a,
+  m.def("find_standing", &find_standing, "depth"_a, "given"_a, "T_cam_obj"_a, "camera"_a, "shape"_a,
+        "options"_a,
         "The same at the pose of a shape, with the planes that it stands on.");
 }
 

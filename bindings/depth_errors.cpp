@@ -13,25 +13,28 @@ namespace {
 using calibration::ImageNoise, calibration::NoiseSample;
 
 template <class Errors>
-ImageNoise noise_of(const Errors& errors) {
+ImageNoise noise_of(const py::object& given, const Camera& camera, const Errors& errors) {
+  const float* const given_m = given_view(given, camera);
   const ReleaseGil release;
-  return calibration::noise_of(errors());
+  return calibration::noise_of(errors(), given_m);
 }
 
-ImageNoise against_plane(const py::array& depth, const Camera& camera, const py::array& beside,
-                         const Vec3d& normal, double offset_m) {
+ImageNoise against_plane(const py::array& depth, const py::object& given, const Camera& camera,
+                         const py::array& beside, const Vec3d& normal, double offset_m) {
   const ImageView<float> image = image_view(depth, "depth", camera);
   const auto* off = borrow<unsigned char>(beside, "beside", {camera.height, camera.width});
-  return noise_of([&] { return calibration::errors_of_plane(image, camera, off, normal, offset_m); });
+  return noise_of(given, camera,
+                  [&] { return calibration::errors_of_plane(image, camera, off, normal, offset_m); });
 }
 
-ImageNoise against_surface(const py::array& depth, const Camera& camera, const py::array& expected,
-                           const py::array& normals) {
+ImageNoise against_surface(const py::array& depth, const py::object& given, const Camera& camera,
+                           const py::array& expected, const py::array& normals) {
   const ImageView<float> image = image_view(depth, "depth", camera);
   const float* z = borrow<float>(expected, "expected", {camera.height, camera.width});
   const float* n = borrow<float>(normals, "normals", {camera.height, camera.width, 3});
-  return noise_of(
-      [&] { return calibration::errors_of_surface(image, camera, z, reinterpret_cast<const Vec3f*>(n)); });
+  return noise_of(given, camera, [&] {
+    return calibration::errors_of_surface(image, camera, z, reinterpret_cast<const Vec3f*>(n));
+  });
 }
 
 py::tuple fitted_noise(const std::vector<std::tuple<double, double, double, int>>& samples) {
@@ -64,8 +67,9 @@ void bind_depth_errors(py::module_& m) {
         for (const NoiseSample& s : self.samples) out.emplace_back(s.depth_m, s.tangent, s.sd_m, s.readings);
         return out;
       });
-  m.def("plane_noise", &against_plane, "depth"_a, "camera"_a, "beside"_a, "normal"_a, "offset_m"_a);
-  m.def("surface_noise", &against_surface, "depth"_a, "camera"_a, "expected"_a, "normals"_a);
+  m.def("plane_noise", &against_plane, "depth"_a, "given"_a, "camera"_a, "beside"_a, "normal"_a,
+        "offset_m"_a);
+  m.def("surface_noise", &against_surface, "depth"_a, "given"_a, "camera"_a, "expected"_a, "normals"_a);
   m.def("fit_noise", &fitted_noise, "samples"_a, "(noise_m, noise_per_m, noise_incidence).");
   m.def("fit_growth", &fitted_growth, "depth_m"_a, "value"_a, "is_signed"_a, "(constant, per Z^2).");
   m.def("correlation_length", &calibration::correlation_length, "neighbours"_a);

@@ -256,9 +256,9 @@ void bind_inputs(py::module_& m) {
       .value("printed", tracking::Collision::kPrinted)
       .finalize();
   py::class_<PyFrame>(m, "TrackerFrame", "A frame for Tracker; without depth, `error` may give the reason.")
-      .def(py::init<py::object, py::object, py::object, py::object, double, std::string>(), "depth"_a,
-           "mask"_a = py::none(), "color"_a = py::none(), "color_map"_a = py::none(),
-           "time_s"_a = tracking::kUnknown, "error"_a = "");
+      .def(py::init<py::object, py::object, py::object, py::object, double, std::string, py::object>(),
+           "depth"_a, "mask"_a = py::none(), "color"_a = py::none(), "color_map"_a = py::none(),
+           "time_s"_a = tracking::kUnknown, "error"_a = "", "given"_a = py::none());
 }
 
 }  // namespace

@@ -19,6 +19,7 @@ struct PyFrame {
   py::object depth, mask, color, color_map;
   double time_s;
   std::string error;
+  py::object given = py::none();  // the depth before holes were filled; None: the same
 };
 
 class PyTracker {
@@ -43,8 +44,11 @@ class PyTracker {
     }
     const ImageView<float> view = image_view(frame.depth.cast<py::array>(), "depth", tracker_->camera());
     const unsigned char* mask_data = mask_view(frame.mask, tracker_->camera());
+    const float* const given_m = given_view(frame.given, tracker_->camera());
     const Release release;
-    work(tracker_->make_frame(view, mask_data, frame.time_s, color));
+    frame::DepthFrame seen = tracker_->make_frame(view, mask_data, frame.time_s, color);
+    seen.given_m = given_m;
+    work(seen);
   }
 
   // The arrays of each object's shape, released with the object.

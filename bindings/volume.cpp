@@ -68,6 +68,10 @@ ImageView<float> image_view(const py::array& image, const char* name, const Came
   return {borrow<float>(image, name, {camera.height, camera.width}), camera.width, camera.height};
 }
 
+const float* given_view(const py::object& given, const Camera& camera) {
+  return given.is_none() ? nullptr : image_view(given.cast<py::array>(), "given", camera).data;
+}
+
 frame::DepthFrame depth_frame(const py::array& depth, const Camera& camera, const py::object& rays) {
   frame::DepthFrame frame{image_view(depth, "depth", camera), nullptr, nullptr};
   if (!rays.is_none())

@@ -31,6 +31,8 @@ sdf::MeshView mesh_view(const py::array& vertices, const py::array& faces, bool 
 energies::ColorView painted_view(const py::array& colors, const SdfView& sdf);
 // float32 (H, W) of the camera's size.
 ImageView<float> image_view(const py::array& image, const char* name, const Camera& camera);
+// The same of a depth image before its holes were filled, or None: nothing was filled.
+const float* given_view(const py::object& given, const Camera& camera);
 // A frame of such a depth image; rays: (H, W, 2) of a camera with distortion, or None.
 frame::DepthFrame depth_frame(const py::array& depth, const Camera& camera, const py::object& rays);
 // A frame of such a depth image and a mask, with the rays of its camera.

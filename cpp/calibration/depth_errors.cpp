@@ -109,13 +109,13 @@ LocalMean local_mean(const DepthErrors& errors, int side) {
   return out;
 }
 
-// Errors minus their local mean; NaN where unknown. Outliers are removed.
-Image rough_part(const DepthErrors& errors) {
+// Errors minus their local mean; NaN where unknown or not given. Outliers are removed.
+Image rough_part(const DepthErrors& errors, const float* given_m) {
   const LocalMean local = local_mean(errors, kWindow_px);
   Image rough(errors.error.size(), ImageNoise::kNone);
   std::vector<double> known;
   for (std::size_t i = 0; i < rough.size(); ++i)
-    if (is_known(errors.error[i]) && local.share[i] > kFilled)
+    if (is_known(errors.error[i]) && local.share[i] > kFilled && (!given_m || given_m[i] > 0))
       known.push_back(rough[i] = errors.error[i] - local.mean[i]);
   const double limit = std::max(kClipped * robust_spread(std::move(known)), 1e-12);
   for (double& r : rough)
@@ -223,14 +223,14 @@ DepthErrors errors_of_surface(const ImageView<float>& depth, const Camera& camer
   });
 }
 
-ImageNoise noise_of(const DepthErrors& errors) {
+ImageNoise noise_of(const DepthErrors& errors, const float* given_m) {
   ImageNoise out;
   out.known = int(std::count_if(errors.error.begin(), errors.error.end(), is_known));
   if (out.known == 0) return out;
   out.depth_m = median_where(errors.depth, errors.error);
   out.bias_m = median_where(errors.error, errors.error);
   out.bias_by_tangent = slope_by_tangent(errors);
-  const Image rough = rough_part(errors);
+  const Image rough = rough_part(errors, given_m);
   out.correlation = neighbour_correlation(rough, errors.width, errors.height);
   out.samples = samples_of(errors, rough, out.correlation);
   std::vector<double> patches = smooth_part(errors, out.known);

@@ -36,6 +36,8 @@ struct ImageNoise {
   double systematic_m = kNone;         // sd of the smooth part of the errors
   std::vector<NoiseSample> samples{};  // by distance and incidence
 };
-ImageNoise noise_of(const DepthErrors& errors);
+// given_m: the depth before holes of a registration were filled, which has all of the noise; nullptr: the
+// same.
+ImageNoise noise_of(const DepthErrors& errors, const float* given_m);
 
 }  // namespace sdftrack::calibration

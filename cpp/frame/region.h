@@ -23,6 +23,11 @@ struct DepthFrame {
   double time_s = std::numeric_limits<double>::quiet_NaN();
   const appearance::ColorImage* color = nullptr;
   std::string_view error = {};  // without a depth image: why it could not be read
+  // depth_m before the holes of a registration were filled; nullptr: the same. What was filled is no
+  // measurement of its own: its error is that of its neighbours.
+  const float* given_m = nullptr;
+
+  const float* measured_m() const { return given_m ? given_m : depth_m.data; }
 };
 
 // The pixel where a pixel's ray would be in the ideal pinhole, without distortion.

@@ -29,7 +29,7 @@ Lookout lookout_for(const DepthFrame& frame, const Camera& camera, const Shape& 
   const DepthRange range = depth_range(shape, T_cam_obj, padding_m);
   const auto pad = float(padding_m);
   return {projected_box(camera, shape, T_cam_obj, padding_m),
-          {frame.depth_m.data, frame.rays, camera.width, camera.K.cast<float>(),
+          {frame.measured_m(), frame.rays, camera.width, camera.K.cast<float>(),
            float(std::max(1e-3, range.near_m)), float(range.far_m), inverse(T_cam_obj).cast<float>(),
            shape.half_box_m.cast<float>() + Vec3f{pad, pad, pad},
            plane ? plane->normal_cam.cast<float>() : Vec3f{0, 0, 0}, plane ? float(plane->offset_m) : 0.0f,
@@ -59,6 +59,7 @@ void PixelSelection::pack(int requested, energies::PixelSet* out) const {
   const int n = spread.requested;
   out->resize(n);
   const IdealPixel ideal{frame_, K_, frame_.depth_m.width};
+  const float* const measured_m = frame_.measured_m();
   const int width = frame_.depth_m.width;
   int y = 0, next_row = width;  // of the current pixel
   for (int k = 0; k < n; ++k) {
@@ -66,7 +67,7 @@ void PixelSelection::pack(int requested, energies::PixelSet* out) const {
     while (at >= next_row) ++y, next_row += width;
     const Vec2f u = ideal(at - (next_row - width), y);
     const auto i = std::size_t(k);
-    out->at[i] = at, out->u_px[i] = u.x, out->v_px[i] = u.y, out->depth_m[i] = frame_.depth_m.data[at];
+    out->at[i] = at, out->u_px[i] = u.x, out->v_px[i] = u.y, out->depth_m[i] = measured_m[at];
   }
   for (std::size_t i = 0; i < std::size_t(n); ++i) {
     out->per_noise[i] = noise_.per_noise(out->depth_m[i]);

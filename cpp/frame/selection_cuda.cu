@@ -146,7 +146,7 @@ PixelsOnDevice choose_on_device(energies::CudaWork* work, const DepthFrame& fram
   w.image.room(pixels * (frame.rays ? 3 : 1));
   float* const depth_m = w.image.data();
   float* const rays = frame.rays ? depth_m + pixels : nullptr;
-  send(w.stream, frame.depth_m.data, width, 1, band, depth_m);
+  send(w.stream, frame.measured_m(), width, 1, band, depth_m);
   if (rays) send(w.stream, frame.rays, width, 2, band, rays);
   unsigned char* mask = nullptr;
   if (frame.mask) send(w.stream, frame.mask, width, 1, band, mask = w.mask.room(pixels));

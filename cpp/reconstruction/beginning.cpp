@@ -23,6 +23,7 @@ constexpr double kMostOfImage = 0.8;
 constexpr double kOwnShare = 0.2;  // of a mask's measurements, that planes leave at least
 constexpr float kInMargin_m = 1e-3f;
 constexpr double kMinNoise_m = 5e-4, kUsualNoise_m = 1e-3;
+constexpr int kAcrossHole_px = 2;     // from a measurement to the next one in filled depth
 constexpr double kBendsKept = 0.9;    // the largest are edges and curvature
 constexpr double kOfKeptBends = 1.3;  // sd of a normal distribution over that of its inner 0.9
 constexpr int kWindow_px = 200;       // along the surroundings, that are enough for a plane
@@ -296,15 +297,30 @@ std::vector<PlaneBelow> planes_below(const ImageView<float>& depth_m, const Pixe
   return planes_under(points_of(depth_m, camera), on_object, size_m, false);
 }
 
-double measured_noise_m(const ImageView<float>& depth_m, const PixelMask& mask) {
+double measured_noise_m(const frame::DepthFrame& frame, const PixelMask& mask) {
+  const ImageView<float> depth_m{frame.measured_m(), frame.depth_m.width, frame.depth_m.height};
+  const int reach_px = frame.given_m ? kAcrossHole_px : 1;
   std::vector<double> found;
-  const auto read = [&](int x, int y) { return mask(x, y) && depth_m(x, y) > 0; };
   for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{0, 1}}) {
+    const auto step_to_next = [&, dx = dx, dy = dy](int x, int y, int sign) {
+      for (int step = 1; step <= reach_px; ++step) {
+        const int u = x + sign * step * dx, v = y + sign * step * dy;
+        if (u < 0 || v < 0 || u >= depth_m.width || v >= depth_m.height) return 0;
+        if (mask(u, v) && depth_m(u, v) > 0) return step;
+      }
+      return 0;
+    };
     std::vector<float> bends;
-    for (int y = dy; y < depth_m.height - dy; ++y)
-      for (int x = dx; x < depth_m.width - dx; ++x)
-        if (read(x - dx, y - dy) && read(x, y) && read(x + dx, y + dy))
-          bends.push_back(std::abs(depth_m(x + dx, y + dy) - 2 * depth_m(x, y) + depth_m(x - dx, y - dy)));
+    for (int y = 0; y < depth_m.height; ++y)
+      for (int x = 0; x < depth_m.width; ++x) {
+        if (!mask(x, y) || !(depth_m(x, y) > 0)) continue;
+        const int before = step_to_next(x, y, -1), after = step_to_next(x, y, 1);
+        if (before == 0 || after == 0) continue;
+        const float a = 2.0f * float(after) / float(before + after), b = 2 - a;
+        const float bend = b * depth_m(x + after * dx, y + after * dy) - 2 * depth_m(x, y) +
+                           a * depth_m(x - before * dx, y - before * dy);
+        bends.push_back(std::abs(bend) * std::sqrt(6 / (4 + a * a + b * b)));
+      }
     if (bends.size() <= kFewestReadings / 2) continue;
     std::sort(bends.begin(), bends.end());
     bends.resize(std::size_t(kBendsKept * double(bends.size())));
@@ -316,8 +332,9 @@ double measured_noise_m(const ImageView<float>& depth_m, const PixelMask& mask) 
   return std::max(kMinNoise_m, found.size() == 1 ? found[0] : 0.5 * (found[0] + found[1]));
 }
 
-Beginning find_object(const ImageView<float>& depth_m, const tracking::PoseHint& place, const Camera& camera,
+Beginning find_object(const frame::DepthFrame& frame, const tracking::PoseHint& place, const Camera& camera,
                       const KnownShape* initial, const BeginningOptions& options) {
+  const ImageView<float>& depth_m = frame.depth_m;
   Beginning found;
   if (place.T_cam_obj) {
     found.on_object = silhouette(depth_m, *place.T_cam_obj, camera, *initial);
@@ -339,18 +356,18 @@ Beginning find_object(const ImageView<float>& depth_m, const tracking::PoseHint&
     const KnownShape::Extent box = initial->extent();
     found.T_cam_obj.t = found.T_cam_obj.t - 0.5 * (box.low + box.high);
   }
-  found.noise_m = options.noise_m ? *options.noise_m : measured_noise_m(depth_m, found.on_object);
+  found.noise_m = options.noise_m ? *options.noise_m : measured_noise_m(frame, found.on_object);
   return found;
 }
 
-Beginning find_standing(const ImageView<float>& depth_m, const Rigidd& T_cam_obj, const Camera& camera,
+Beginning find_standing(const frame::DepthFrame& frame, const Rigidd& T_cam_obj, const Camera& camera,
                         const KnownShape& shape, const BeginningOptions& options) {
   tracking::PoseHint place;
   place.T_cam_obj = T_cam_obj;
-  Beginning found = find_object(depth_m, place, camera, &shape, options);
+  Beginning found = find_object(frame, place, camera, &shape, options);
   if (options.planes)
     found.view = ViewBounds{std::vector<float>(found.on_object.on.size(), 0.0f),
-                            planes_below(depth_m, found.on_object, camera, 2 * found.ball.radius_m)};
+                            planes_below(frame.depth_m, found.on_object, camera, 2 * found.ball.radius_m)};
   return found;
 }
 

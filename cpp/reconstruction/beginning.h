@@ -61,18 +61,18 @@ struct KnownShape {
 
 // The object at a mask, a box, or a pose of `initial`; the latter may be nullptr for the first two. Throws
 // std::invalid_argument where there is no object to be seen.
-Beginning find_object(const ImageView<float>& depth_m, const tracking::PoseHint& place, const Camera& camera,
+Beginning find_object(const frame::DepthFrame& frame, const tracking::PoseHint& place, const Camera& camera,
                       const KnownShape* initial, const BeginningOptions& options);
 
 // As find_object with a pose, for a shape whose outline is unknown, on planes seen around it.
-Beginning find_standing(const ImageView<float>& depth_m, const Rigidd& T_cam_obj, const Camera& camera,
+Beginning find_standing(const frame::DepthFrame& frame, const Rigidd& T_cam_obj, const Camera& camera,
                         const KnownShape& shape, const BeginningOptions& options);
 
 // Planes around the object that are larger than it, and that it is above.
 std::vector<PlaneBelow> planes_below(const ImageView<float>& depth_m, const PixelMask& on_object,
                                      const Camera& camera, double size_m);
 
-// Sd (m) of the depth in a mask about straight lines through neighbouring pixels; at least 0.5 mm.
-double measured_noise_m(const ImageView<float>& depth_m, const PixelMask& mask);
+// Sd (m) of the depth in a mask about straight lines through neighbouring measurements; at least 0.5 mm.
+double measured_noise_m(const frame::DepthFrame& frame, const PixelMask& mask);
 
 }  // namespace sdftrack::reconstruction

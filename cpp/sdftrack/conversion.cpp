@@ -73,31 +73,33 @@ FrameReader::FrameReader(const DepthCamera& depth, const std::optional<ColorCame
                                          rigid_of(color->T_color_depth, "T_color_depth"))
                  : appearance::aligned_map(depth.width, depth.height)) {}
 
-const float* FrameReader::depth_of(const Frame& frame, const Camera& camera) {
+frame::DepthFrame FrameReader::depth_of(const Frame& frame, const Camera& camera) {
   if (frame.depth && frame.depth_m) throw std::invalid_argument("frame: expected depth or depth_m, got both");
   const std::size_t pixels = pixels_of(camera);
-  const float* depth_m = frame.depth_m;
+  frame::DepthFrame out{{frame.depth_m, camera.width, camera.height}, nullptr, nullptr};
   if (frame.depth) {
     if (!(frame.depth_unit_m > 0)) throw std::invalid_argument("depth_unit_m: expected a number above 0");
     depth_m_.resize(pixels);
     frame::metres_of(frame.depth, pixels, frame.depth_unit_m, depth_m_.data());
-    depth_m = depth_m_.data();
+    out.depth_m.data = depth_m_.data();
   }
-  if (depth_m && frame::has_lattice({depth_m, camera.width, camera.height})) {
-    if (!frame.depth) depth_m_.assign(depth_m, depth_m + pixels);
-    frame::fill_lattice(camera.width, camera.height, depth_m_.data());
-    depth_m = depth_m_.data();
+  if (out.depth_m.data && frame::has_lattice(out.depth_m)) {
+    out.given_m = out.depth_m.data;
+    filled_m_.assign(out.given_m, out.given_m + pixels);
+    frame::fill_lattice(camera.width, camera.height, filled_m_.data());
+    out.depth_m.data = filled_m_.data();
   }
-  return depth_m;
+  return out;
 }
 
 frame::DepthFrame FrameReader::read(const Frame& frame, const tracking::Tracker& tracker) {
-  const Camera& camera = tracker.camera();
-  const float* const depth_m = depth_of(frame, camera);
+  const frame::DepthFrame depth = depth_of(frame, tracker.camera());
   color_ = {frame.rgb, map_};
   const appearance::ColorImage* const color = frame.rgb ? &color_ : nullptr;
-  if (!depth_m) return tracker.make_unreadable_frame({}, frame.time_s, color);
-  return tracker.make_frame({depth_m, camera.width, camera.height}, nullptr, frame.time_s, color);
+  if (!depth.depth_m.data) return tracker.make_unreadable_frame({}, frame.time_s, color);
+  frame::DepthFrame out = tracker.make_frame(depth.depth_m, nullptr, frame.time_s, color);
+  out.given_m = depth.given_m;
+  return out;
 }
 
 }  // namespace sdftrack

@@ -38,12 +38,12 @@ class FrameReader {
  public:
   FrameReader(const DepthCamera& depth, const std::optional<ColorCamera>& color);
   frame::DepthFrame read(const Frame& frame, const tracking::Tracker& tracker);
-  // In metres; nullptr: the frame has none.
-  const float* depth_of(const Frame& frame, const Camera& camera);
+  // The depth alone, if the frame has any.
+  frame::DepthFrame depth_of(const Frame& frame, const Camera& camera);
 
  private:
   appearance::ColorMap map_;
-  std::vector<float> depth_m_;
+  std::vector<float> depth_m_, filled_m_;
   appearance::ColorImage color_;
 };
 

@@ -75,11 +75,11 @@ class Reconstructor::Session {
       throw std::invalid_argument("place: expected one of mask, box and pose");
     if (place.T_cam_obj && !initial_)
       throw std::invalid_argument("place: expected a mask or a box, got a pose, but no initial shape");
-    const float* const depth_m = frames_.depth_of(frame, camera_);
-    if (!depth_m) throw std::invalid_argument("frame: expected a depth image at the start, got none");
-    const reconstruction::Beginning found =
-        reconstruction::find_object({depth_m, camera_.width, camera_.height}, hint_of(place, camera_),
-                                    camera_, known_ ? &*known_ : nullptr, beginning_);
+    const frame::DepthFrame depth = frames_.depth_of(frame, camera_);
+    if (!depth.depth_m.data)
+      throw std::invalid_argument("frame: expected a depth image at the start, got none");
+    const reconstruction::Beginning found = reconstruction::find_object(
+        depth, hint_of(place, camera_), camera_, known_ ? &*known_ : nullptr, beginning_);
     auto session = std::make_unique<reconstruction::Session>(camera_, options_, settings_, known_, found);
     sdf::MeshVolume stand = known_ ? sdf::MeshVolume{} : stand_in(found.ball.radius_m);
     const SdfView view = known_ ? known_->view() : stand.view();

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from typing import Any
 
@@ -28,7 +29,8 @@ class Frame:
         On the host; with a CUDA build also on a GPU (DLPack or ``__cuda_array_interface__``), from which it is copied.
         float32 metres (used without a copy when C-contiguous and valid), float64 metres (copied), or uint16 with
         `depth_scale`. 0, NaN, infinite and negative pixels mean "no measurement". None: colour only. A lattice of
-        holes of one or two pixels, as depth has that was warped into a larger image, is filled between its neighbours.
+        holes of one or two pixels, as depth has that was warped into a larger image, is filled between its neighbours;
+        fits, calibrations and files that are written leave out what was filled.
     color : (h, w, 3) uint8, optional
         Any strides; its size may differ from that of `depth` if the camera holds the mapping between them.
     timestamp : float, optional
@@ -63,9 +65,10 @@ class Frame:
         Wrong shape, inconsistent sizes, or an implausible unit.
     """
 
-    __slots__ = ("camera", "color", "depth", "error", "index", "mask", "timestamp")
+    __slots__ = ("_given", "camera", "color", "depth", "error", "index", "mask", "timestamp")
 
     depth: NDArray[np.float32] | None
+    _given: NDArray[np.float32] | None  # the depth before holes were filled, m; None: the same
     color: NDArray[np.uint8] | None
     timestamp: float | None
     mask: NDArray[np.bool_] | None
@@ -92,7 +95,12 @@ class Frame:
             depth_camera(camera)
         if timestamp is not None and not math.isfinite(number(timestamp, "timestamp")):
             raise ValueError(f"timestamp: expected seconds or None, got {timestamp}")
-        self.depth = None if depth is None else _depth_m(host_array(depth, "depth"), depth_scale, check_units)
+        self.depth = self._given = None
+        if depth is not None:
+            metres = _depth_m(host_array(depth, "depth"), depth_scale, check_units)
+            filled = _core.without_lattice(metres)
+            self.depth = _read_only(filled)
+            self._given = None if filled is metres else _read_only(metres)
         self.color = None if color is None else _rgb(host_array(color, "color"), color_order)
         self.timestamp = None if timestamp is None else float(timestamp)
         self.camera = camera
@@ -109,7 +117,7 @@ class Frame:
     def unreadable(cls, error: str, timestamp: float | None = None, index: int | None = None) -> Frame:
         """Return a frame without images; a tracker reports it as a bad frame with `error` as the reason."""
         frame = cls.__new__(cls)
-        frame.depth = frame.color = frame.mask = frame.camera = None
+        frame.depth = frame._given = frame.color = frame.mask = frame.camera = None
         frame.timestamp, frame.index, frame.error = timestamp, index, error
         return frame
 
@@ -121,7 +129,8 @@ class Frame:
 
     def replace(self, **changes: Any) -> Frame:
         """Return a copy with some attributes changed; unchanged images are shared."""
-        values = {name: getattr(self, name) for name in self.__slots__ if name != "error"}
+        values = {name: getattr(self, name) for name in self.__slots__ if name not in ("_given", "error")}
+        values["depth"] = as_given(self).depth
         if self.error:
             return Frame.unreadable(
                 self.error, **{k: changes.get(k, values[k]) for k in ("timestamp", "index")}
@@ -173,6 +182,15 @@ class Frame:
         return bytes(cv2.imencode(".png", np.hstack(small))[1])
 
 
+def as_given(frame: Frame) -> Frame:
+    """Return the frame with its measurements alone: without what was filled in a lattice of holes."""
+    if frame._given is None:
+        return frame
+    out = copy.copy(frame)
+    out.depth, out._given = frame._given, None
+    return out
+
+
 def _restore(*values: Any) -> Frame:
     frame = Frame.__new__(Frame)
     for name, value in zip(Frame.__slots__, values, strict=True):
@@ -203,7 +221,7 @@ def _depth_m(depth: NDArray[Any], depth_scale: float | None, check_units: bool) 
         metres = np.where(np.isfinite(metres) & (metres > 0), metres, np.float32(0))
     if check_units:
         _check_unit(metres, depth.dtype)
-    return _read_only(_core.without_lattice(metres))
+    return metres
 
 
 def _checked_scale(depth_scale: float | None) -> float:

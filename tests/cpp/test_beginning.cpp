@@ -59,7 +59,24 @@ TEST(Beginning, the_noise_of_a_slanted_surface_is_measured) {
   std::mt19937 random(2);
   std::normal_distribution<float> noise(0, 0.003f);
   for (float& z : depth) z += noise(random);
-  EXPECT_NEAR(reconstruction::measured_noise_m({depth.data(), 80, 60}, mask), 0.003, 0.0003);
+  EXPECT_NEAR(reconstruction::measured_noise_m({{depth.data(), 80, 60}, nullptr, nullptr}, mask), 0.003,
+              0.0003);
+}
+
+TEST(Beginning, what_was_filled_in_a_lattice_of_holes_does_not_make_the_noise_smaller) {
+  std::mt19937 random(2);
+  std::normal_distribution<float> noise(0, 0.003f);
+  PixelMask mask(80, 60);
+  std::vector<float> given(80 * 60), filled(80 * 60, 0.6f);  // without noise
+  for (int y = 0; y < 60; ++y)
+    for (int x = 0; x < 80; ++x) {
+      const std::size_t i = mask.at(x, y);
+      mask.on[i] = 1;
+      if (y % 3 && x % 3) given[i] = filled[i] += noise(random);
+    }
+  frame::DepthFrame frame{{filled.data(), 80, 60}, nullptr, nullptr};
+  frame.given_m = given.data();
+  EXPECT_NEAR(reconstruction::measured_noise_m(frame, mask), 0.003, 0.0003);
 }
 
 TEST(Beginning, the_wall_behind_an_object_bounds_it_and_the_object_is_no_plane) {
@@ -68,7 +85,7 @@ TEST(Beginning, the_wall_behind_an_object_bounds_it_and_the_object_is_no_plane) 
   tracking::PoseHint place;
   for (const float z : depth) place.mask.push_back(z < 0.58f);
   const reconstruction::Beginning found =
-      reconstruction::find_object({depth.data(), 80, 60}, place, camera, nullptr, {});
+      reconstruction::find_object({{depth.data(), 80, 60}, nullptr, nullptr}, place, camera, nullptr, {});
   ASSERT_TRUE(found.view);
   ASSERT_EQ(found.view->planes.size(), 1u);
   EXPECT_NEAR(found.view->planes[0].normal_cam.z, -1, 1e-9);

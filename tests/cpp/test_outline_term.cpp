@@ -116,6 +116,18 @@ TEST(OutlineEnergy, cost_is_the_twins_and_the_gradient_is_its_slope) {
   }
 }
 
+// At 1.25 sd the loss is almost linear: a Newton step would jump to the other side of the offset and back.
+TEST(OutlineEnergy, an_offset_of_all_lines_is_found_wherever_it_is) {
+  for (const double px : {0.4, 1.0, 2.0, 6.0}) {
+    OutlineLines lines = random_lines(plain_view(), 60, 0);
+    for (energies::OutlineLine& l : lines.lines) l.offset_px = px;
+    for (const OutlineErrors& e : {OutlineErrors{1, 3, 1}, {1, 1, 6}}) {
+      OutlineEnergy energy(&lines, e);
+      EXPECT_NEAR(energy.cost(state_at(inverse(kAt))), twin_cost(lines, inverse(kAt), e), 1e-8) << px;
+    }
+  }
+}
+
 TEST(OutlineEnergy, the_gradient_holds_with_a_lens_and_a_second_camera) {
   const Rigidd T_color_depth{rotation_exp(Vec3d{0.01, -0.02, 0.005}), {0.025, 0.001, 0.002}};
   for (const double k : {0.0, 1.0}) {

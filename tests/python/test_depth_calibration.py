@@ -65,6 +65,15 @@ def test_white_noise_is_not_said_to_be_shared():
     assert sensor.systematic(1.0) < 0.0005
 
 
+def test_what_was_filled_in_a_lattice_of_holes_has_no_noise_of_its_own():
+    frames = walls(st.SensorModel("white", noise_m=0.002), np.random.default_rng(1))
+    holed = [frame.depth.copy() for frame in frames]
+    for depth in holed:
+        depth[::3] = depth[:, ::3] = 0
+    sensor = st.calibrate_depth([st.Frame(depth) for depth in holed], CAMERA).sensor
+    np.testing.assert_allclose(sensor.noise([0.5, 1.8]), 0.002, rtol=0.1)
+
+
 @pytest.fixture(scope="module")
 def ball():
     return st.SDF.ellipsoid([0.12, 0.10, 0.08], voxels=100)

@@ -2,7 +2,9 @@
 """Recordings as scripts and other programs write them: names, times, colour, sizes, numbers, text and cameras."""
 
 import codecs
+import copy
 import json
+import pickle
 import struct
 import warnings
 
@@ -12,6 +14,8 @@ import pytest
 
 import sdftrack as st
 from reference.lattice import SAME_SURFACE, without_lattice
+from sdftrack.cli.app import run
+from sdftrack.frame import as_given
 from sdftrack.io.datasets.pairing import in_seconds
 from sdftrack.io.frames import read_depth_units
 from sdftrack.testing import assert_pose_close
@@ -570,20 +574,74 @@ def test_every_entry_works_with_a_lattice_of_holes(scene, every):
     assert fits[0].status == fits[1].status
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("every", [3, 5])
-def test_intrinsics_are_found_through_a_lattice_of_holes(every):
+def swept_cuboid(frames):
     mesh = st.SDF.box((0.20, 0.16, 0.12), voxels=100).to_mesh()
     path = st.synth.sweep(near_m=0.5, far_m=0.9, reach_x=0.3, reach_y=0.22)
     truth = st.Camera(290.0, 286.0, 158.0, 121.5, 320, 240)
-    seq = st.synth.sequence(mesh, 40, path, 0.001, seed=3, camera=truth, color=False)
-    frames, guess = [warped(frame, every) for frame in seq], st.Camera(305.0, 301.0, 164.0, 127.0, 320, 240)
-    found = st.calibrate_intrinsics(
-        frames, st.SDF.from_mesh(mesh, voxels=60), guess, seq.ground_truth[0][0]
-    ).camera
+    seq = st.synth.sequence(mesh, frames, path, 0.001, seed=3, camera=truth, color=False)
+    return st.SDF.from_mesh(mesh, voxels=60), seq, st.Camera(305.0, 301.0, 164.0, 127.0, 320, 240)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("every", [3, 5])
+def test_intrinsics_are_found_through_a_lattice_of_holes(every):
+    sdf, seq, guess = swept_cuboid(40)
+    frames, truth = [warped(frame, every) for frame in seq], seq.camera.depth
+    found = st.calibrate_intrinsics(frames, sdf, guess, seq.ground_truth[0][0]).camera
     # Those of depth without holes in test_cli_calibrate.py: the volume cuts edges by about 1 mm.
     assert (found.fx, found.fy) == (pytest.approx(truth.fx, rel=0.005), pytest.approx(truth.fy, rel=0.005))
     assert (found.cx, found.cy) == (pytest.approx(truth.cx, abs=1.5), pytest.approx(truth.cy, abs=1.5))
+
+
+@pytest.mark.slow
+def test_what_was_filled_tells_a_calibration_nothing():
+    sdf, seq, guess = swept_cuboid(40)
+    seq = seq[:12]
+    whole, holed = (
+        st.calibrate_intrinsics(frames, sdf, guess, seq.ground_truth[0][0], max_pixels=20_000)
+        for frames in (seq, [warped(frame, 3) for frame in seq])
+    )
+    whole, holed = (found.observability.coverage.sum() for found in (whole, holed))
+    assert holed == pytest.approx(4 / 9 * whole, rel=0.1)  # the measurements that are left
+
+
+def test_a_frame_keeps_its_depth_as_it_was_given(scene):
+    whole, frame = scene[1][0], warped(scene[1][0], 3)
+    given = as_given(frame).depth
+    assert not given[::3].any()
+    assert not given[:, ::3].any()
+    assert (frame.depth == given)[given > 0].all()
+    for same in (frame.replace(timestamp=frame.timestamp), pickle.loads(pickle.dumps(frame))):
+        assert same == frame
+        np.testing.assert_array_equal(as_given(same).depth, given)
+    assert as_given(whole) is whole
+    assert as_given(frame.replace(depth=whole.depth)) == whole
+    assert as_given(frame.replace(depth=None)).depth is None
+
+
+def test_a_copy_of_a_recording_has_the_holes_of_the_recording(scene, tmp_path):
+    seq = scene[1]
+    frames = [warped(frame, 3) for frame in seq[:2]]
+    st.save_sequence(tmp_path / "a", st.Sequence(frames, seq.camera), layout="tum")
+    assert run(["convert", str(tmp_path / "a"), "--to", "tum", "--out", str(tmp_path / "b"), "-q"]) == 0
+    for folder in ("a", "b"):
+        files = sorted((tmp_path / folder / "depth").glob("*.png"))
+        for file, frame in zip(files, frames, strict=True):
+            units = read_depth_units(file)
+            np.testing.assert_array_equal(units > 0, as_given(frame).depth > 0)
+
+
+def test_what_was_filled_moves_no_pose(scene):
+    duck, seq = scene
+    tracker = st.Tracker(st.SDF.from_mesh(duck, voxels=80), seq.camera)
+    frame, pose = warped(seq[0], 3), seq.ground_truth[0][0]
+    given, off = as_given(frame).depth > 0, copy.copy(frame)
+    off.depth = np.where(given, frame.depth, frame.depth + np.float32(0.004) * (frame.depth > 0))
+    found = [tracker.start(f, poses=pose).poses[0] for f in (frame, off)]
+    assert_pose_close(found[1], found[0], 0.0002, 0.002)
+    pixels = st.Energy(tracker.shapes[0], seq.camera, frame, pose)
+    used = pixels.residuals(pixels.start)
+    assert given[used["v_px"].astype(int), used["u_px"].astype(int)].all()
 
 
 # -- Starts

@@ -35,6 +35,13 @@ auto timed(double* sum_s, const Call& call) {
   return call();
 }
 
+// The surface is fused from what was filled in the depth, too, and agrees best with frames that have the
+// same.
+frame::DepthFrame as_fused(frame::DepthFrame frame) {
+  frame.given_m = nullptr;
+  return frame;
+}
+
 std::string text_of(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", value);
@@ -118,7 +125,7 @@ const SessionResult& Session::start(tracking::Tracker* tracker, const frame::Dep
   timed(&result_.show_s, [&] { show_shape(tracker); });
   tracking::PoseHint hint;
   hint.T_cam_obj = beginning_->T_cam_obj;
-  timed(&result_.track_s, [&] { tracker->start(frame, {hint}); });
+  timed(&result_.track_s, [&] { tracker->start(as_fused(frame), {hint}); });
   tracker->set_pose(0, beginning_->T_cam_obj, std::nullopt);
   return finish(beginning_->T_cam_obj, true, true);
 }
@@ -127,7 +134,7 @@ const SessionResult& Session::track(const frame::DepthFrame& frame) {
   begin_frame();
   volume_->core()->begin_to_show();
   static_cast<void>(volume_->core()->phi());  // waits for what the tracker borrows
-  timed(&result_.track_s, [&] { tracker_->track(frame); });
+  timed(&result_.track_s, [&] { tracker_->track(as_fused(frame)); });
   const tracking::ObjectResult& found = tracker_->last_result().objects.front();
   ++index_;
   // The thesis does not judge its poses: every frame that could be tracked adds to the shape. Along what

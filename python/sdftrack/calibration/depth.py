@@ -152,11 +152,15 @@ def _noise(frame: Frame, camera: Camera, model: SDF | None, T: Any) -> _core.Ima
     depth = np.ascontiguousarray(frame.depth)
     if model is None:
         beside, (normal, offset) = remove_plane(frame, camera, feet=False)
-        found = _core.plane_noise(depth, camera._core, beside.view(np.uint8), normal.tolist(), offset)
+        found = _core.plane_noise(
+            depth, frame._given, camera._core, beside.view(np.uint8), normal.tolist(), offset
+        )
     elif T is None:
         raise ValueError("no pose is known")
     else:
-        found = _core.surface_noise(depth, camera._core, *model.render(camera, np.asarray(T, np.float64)))
+        found = _core.surface_noise(
+            depth, frame._given, camera._core, *model.render(camera, np.asarray(T, np.float64))
+        )
     if found.known < MIN_READINGS:
         raise ValueError(f"fewer than {MIN_READINGS} depth measurements of it")
     return found

@@ -26,7 +26,7 @@ from sdftrack.calibration.intrinsics_result import (
 from sdftrack.calibration.lens import EXTRA, UNKNOWNS, camera_of, check_free, core_lens, extra_of, prior_sd
 from sdftrack.calibration.statistics import covariance_of, excess_scatter, frame_test, half_width95
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.frame import Frame
+from sdftrack.frame import Frame, as_given
 from sdftrack.imaging.pose_hint import one_place
 from sdftrack.results import Status, Step, TrackResult
 from sdftrack.sdf import SDF
@@ -84,6 +84,7 @@ class Follower:
 
     def _take(self, frame: Frame, places: dict[str, Any]) -> str:
         """Pass one frame to the core; returns the reason if it cannot be used."""
+        frame = as_given(frame)
         if frame.depth is None:
             return frame.error or "no depth image"
         seen = self._as_seen(frame.depth, frame.mask)
@@ -91,7 +92,7 @@ class Follower:
         if result.status[0] not in FOLLOWED:
             return f"{result.status[0]}: {result.reason[0]}"
         mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
-        count = self.core.add(seen.depth, mask, result.poses[0])
+        count = self.core.add(as_given(seen).depth, mask, result.poses[0])
         if count < MIN_READINGS:
             self.core.drop([len(self.used)])
             return f"only {count} depth measurements of the object (expected at least {MIN_READINGS})"

@@ -15,7 +15,7 @@ from sdftrack import _core
 from sdftrack.calibration.intrinsics_result import COLUMNS, MIN_IN_CELL, ROWS, IntrinsicsResult
 from sdftrack.calibration.lens import EXTRA
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.frame import Frame
+from sdftrack.frame import Frame, as_given
 from sdftrack.io.report_file import plain
 from sdftrack.results import Status
 from sdftrack.sdf import SDF
@@ -64,7 +64,7 @@ def compare(
     chosen = np.unique(np.linspace(0, len(result.frames) - 1, SHOWN_FRAMES).round().astype(int))
     middle_obj = sdf.bounds.mean(axis=0)
     for m in chosen:
-        depth = frames[result.frames[m]].depth
+        depth = as_given(frames[result.frames[m]]).depth
         if depth is None:
             continue
         T = result.poses[m]

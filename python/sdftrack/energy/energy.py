@@ -18,7 +18,7 @@ from sdftrack._internal.validation import numbers, of_kind, one_of, positive
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.camera.rgbd import color_map
 from sdftrack.device import device_number
-from sdftrack.frame import Frame
+from sdftrack.frame import Frame, as_given
 from sdftrack.options import TrackerOptions
 from sdftrack.results import Step
 from sdftrack.sdf import SDF
@@ -71,11 +71,13 @@ class Minimum:
 
 
 def depth_and_mask(frame: Frame) -> tuple[NDArray[np.float32], NDArray[np.uint8] | None]:
-    """The depth image and the mask of a frame, for the core."""
+    """The measured depth and the mask of a frame, for the core."""
     of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
     if frame.depth is None:
         raise ValueError("frame: expected a depth image, got none")
-    return frame.depth, None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
+    depth = as_given(frame).depth
+    assert depth is not None
+    return depth, None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
 
 
 def state_poses(poses: ArrayLike, count: int) -> Array:

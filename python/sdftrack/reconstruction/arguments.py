@@ -76,8 +76,8 @@ def check_beginning(
     initial: SDF | None = None,
     *,
     known: bool = False,
-) -> NDArray[np.float32]:
-    """Check the first frame and that exactly one hint for the object is given; returns its depth image (m)."""
+) -> None:
+    """Check the first frame and that exactly one hint for the object is given."""
     # `known`: a shape already exists, so its pose may be given.
     of_kind(frame, Frame, "frame", "make one with st.Frame(depth)")
     if frame.depth is None:
@@ -97,29 +97,30 @@ def check_beginning(
         raise ValueError(
             "pose: requires Reconstructor(camera, initial=sdf), whose pose it is; otherwise give mask or box"
         )
-    return depth
 
 
 Array = NDArray[np.float64]
 
 
 def find_object(
-    depth: NDArray[np.float32],
+    frame: Frame,
     place: Place,
     camera: Camera,
     initial: SDF | None,
     options: ReconstructorOptions,
 ) -> _core.Beginning:
     """The object at a mask, a box, or the pose of the initial shape (see `sdftrack.imaging.pose_hint`)."""
+    assert frame.depth is not None
     shape = None if initial is None else initial._core_args
-    return _core.find_object(depth, place, camera._core, shape, options)
+    return _core.find_object(frame.depth, frame._given, place, camera._core, shape, options)
 
 
 def find_standing(
-    depth: NDArray[np.float32], pose: Array, camera: Camera, shape: SDF, options: ReconstructorOptions
+    frame: Frame, pose: Array, camera: Camera, shape: SDF, options: ReconstructorOptions
 ) -> _core.Beginning:
     """The object's pixels at the pose of a shape, whose outline is unknown, with the planes that it stands on."""
-    return _core.find_standing(depth, pose, camera._core, shape._core_args, options)
+    assert frame.depth is not None
+    return _core.find_standing(frame.depth, frame._given, pose, camera._core, shape._core_args, options)
 
 
 def printed_tracker_options() -> TrackerOptions:

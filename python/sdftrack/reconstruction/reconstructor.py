@@ -163,13 +163,13 @@ class Reconstructor:
             None or several of mask, box and pose; no depth on the object; a mask of the whole image; an object larger
             than `extent`.
         """
-        depth = check_beginning(frame, self._frame_camera, mask, box, pose, self.initial)
+        check_beginning(frame, self._frame_camera, mask, box, pose, self.initial)
         begin = time.perf_counter()
         place = one_place(pose, mask, box, self._frame_camera)
         options = self.options
         if self._printed:  # the thesis removes no planes, and lets the shape extend beyond the mask
             options = options.replace(planes=False, keep_to_mask=False)
-        found = find_object(depth, place, self._frame_camera, self.initial, options)
+        found = find_object(frame, place, self._frame_camera, self.initial, options)
         return self._begin(frame, found, begin)
 
     def _begin(self, frame: Frame, found: _core.Beginning, begin: float) -> TrackResult:

@@ -84,10 +84,10 @@ def begin_again(
         result = _settled(tracker, tracker.start(frame, poses=place))
         if result.status[0] is not Status.OK:
             return result, None
-        shown = find_standing(frame.depth, np.array(result.poses[0]), camera, shape, options)
+        shown = find_standing(frame, np.array(result.poses[0]), camera, shape, options)
         looked = Looked(core, mesh, options.min_seen, frame, shown.on_object, camera)
     else:
-        shown = find_object(frame.depth, place, camera, None, options)
+        shown = find_object(frame, place, camera, None, options)
         looked = Looked(core, mesh, options.min_seen, frame, shown.on_object, camera)
         result = _find_known(tracker, shape, looked, frame, shown.on_object)
     if result.status[0] is Status.OK and (reason := looked.against(result.poses[0]).reason):
@@ -103,9 +103,9 @@ def begin_with(
     if isinstance(place, np.ndarray) and place.shape == (4, 4):
         result, shown = tracker.start(frame, poses=place), None
         if result.status[0] is Status.OK:
-            shown = find_standing(frame.depth, np.array(result.poses[0]), camera, tracker.shapes[0], options)
+            shown = find_standing(frame, np.array(result.poses[0]), camera, tracker.shapes[0], options)
     else:
-        shown = find_object(frame.depth, place, camera, None, options)
+        shown = find_object(frame, place, camera, None, options)
         result = tracker.start(frame, masks=shown.on_object)
     return _at_pose(result, shown)
 

@@ -22,12 +22,13 @@ def core_frame(
     sensor: SensorModel | None = None,
 ) -> _core.TrackerFrame:
     """Convert a frame: subtract the sensor's bias; add the colour image to use, if any, and its mapping."""
-    depth = frame.depth if with_depth else None
+    depth, given = (frame.depth, frame._given) if with_depth else (None, None)
     if depth is not None and sensor is not None:
         depth = sensor.corrected(depth)
+        given = None if given is None else sensor.corrected(given)
     mask = None if frame.mask is None else np.ascontiguousarray(frame.mask).view(np.uint8)
     time_s = float("nan") if frame.timestamp is None else float(frame.timestamp)
-    return _core.TrackerFrame(depth, mask, color, color_map, time_s, frame.error or "")
+    return _core.TrackerFrame(depth, mask, color, color_map, time_s, frame.error or "", given)
 
 
 def rgb_seen(rgba: NDArray[np.uint8]) -> NDArray[np.uint16]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from sdftrack._internal.closing import ClosedByWith
 from sdftrack._internal.systems import reserve
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
-from sdftrack.frame import Frame
+from sdftrack.frame import Frame, as_given
 from sdftrack.io.frames import write_color, write_depth_units
 from sdftrack.io.writers.video import VideoWriter, has_encoder, last_image
 
@@ -87,7 +87,7 @@ class LayoutWriter(ClosedByWith):
         """Write one frame, with true poses T_cam_obj (m) and masks of the instances k. `im_id` is the number of the
         image; by default the number of frames so far."""
         number = self.count if im_id is None else im_id
-        entry = self.write_frame(frame, dict(sorted((poses or {}).items())), masks or {}, number)
+        entry = self.write_frame(as_given(frame), dict(sorted((poses or {}).items())), masks or {}, number)
         if self._video is not None:
             entry["video"] = self._video.last  # where a continuation goes on
         self.journal.add(entry)
