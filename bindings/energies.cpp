@@ -116,7 +116,8 @@ class FrameEnergy {
       tracking::count_mask_colors(frame, camera_, frame.mask, &reader, &counts);
     else
       tracking::count_colors(frame, camera_, shapes_[0], T_cam_obj, options.padding_m,
-                             camera_.width * camera_.height, model, &reader, &counts);
+                             camera_.width * camera_.height, model, &reader, &counts, {},
+                             options.color_learning_printed);
     model.update(counts, 1, 1);
     if (!model.known())
       throw py::value_error("color: too few pixels of the object at this pose for a histogram (" +

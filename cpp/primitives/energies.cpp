@@ -151,7 +151,7 @@ void PrimitiveEnergy::visit(const PrimitiveField& field, const optim::State& x, 
 }
 
 void PrimitiveEnergy::linearize(const optim::State& x, optim::NormalEquations* out) {
-  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
+  const PrimitiveField field = field_at(x);
   PrimitiveSums sums;
   const int n = unknowns().size();
   if (in_packs()) add_packs(field, Weighing::kSolve, &sums), out->count += double(points() + rays());
@@ -163,7 +163,7 @@ void PrimitiveEnergy::linearize(const optim::State& x, optim::NormalEquations* o
 }
 
 double PrimitiveEnergy::cost(const optim::State& x) {
-  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
+  const PrimitiveField field = field_at(x);
   double cost = 0;
   if (in_packs())
     cost += readings_cost(x) + for_isa<ReadingOps>(used_isa()).outline_cost[int(kind_)](outline_term(field));
@@ -173,7 +173,7 @@ double PrimitiveEnergy::cost(const optim::State& x) {
 }
 
 double PrimitiveEnergy::readings_cost(const optim::State& x) const {
-  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
+  const PrimitiveField field = field_at(x);
   if (in_packs()) return for_isa<ReadingOps>(used_isa()).cost[int(kind_)](term(field));
   double cost = 0;
   visit_points(field, [&](const energies::Curve<double>& c, const auto&, const double(&)[P], double) {
@@ -184,7 +184,7 @@ double PrimitiveEnergy::readings_cost(const optim::State& x) const {
 
 PrimitiveEnergy::Sandwich PrimitiveEnergy::sandwich(const optim::State& x,
                                                     const Eigen::MatrixXd* inverse) const {
-  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
+  const PrimitiveField field = field_at(x);
   PrimitiveSums A, B;
   const int n = unknowns().size();
   if (in_packs()) add_packs(field, Weighing::kSecond, &A), add_packs(field, Weighing::kSquare, &B);
@@ -207,7 +207,7 @@ PrimitiveEnergy::Sandwich PrimitiveEnergy::sandwich(const optim::State& x,
 }
 
 std::vector<double> PrimitiveEnergy::clearances(const optim::State& x) const {
-  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
+  const PrimitiveField field = field_at(x);
   std::vector<double> out(rays());
   if (in_packs()) {
     std::vector<float> m(out.size());
@@ -243,7 +243,7 @@ double PrimitiveEnergy::outline_agreement(const optim::State& x) const {
 }
 
 void PrimitiveEnergy::slants(const optim::State& x, std::vector<float>* per_noise) const {
-  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
+  const PrimitiveField field = PrimitiveField::of(kind_, Scaling::kExact, x);
   per_noise->assign(std::min(view_->points.size(), std::size_t(options_.points)), 1.0f);
   if (!view_->along_rays) return;
   for (std::size_t i = 0; i < per_noise->size(); ++i) {
@@ -257,7 +257,7 @@ void PrimitiveEnergy::slants(const optim::State& x, std::vector<float>* per_nois
 }
 
 void PrimitiveEnergy::residuals(const optim::State& x, std::vector<double>* out) const {
-  const PrimitiveField field = PrimitiveField::of(kind_, options_.scaling, x);
+  const PrimitiveField field = field_at(x);
   out->clear();
   if (in_packs()) {
     std::vector<float> phi(points());

@@ -13,6 +13,7 @@ namespace sdftrack::primitives {
 
 struct PrimitiveEnergyOptions {
   Scaling scaling = Scaling::kExact;
+  double unit_m = 1;              // lengths of the solid that the printed form scales
   double scale_m = 0.005;         // s of the logistic density of a measurement's residual
   double outlier_floor = 0.1;     // share of measurements that do not belong to the solid
   double outline_scale_px = 0.5;  // the same for the outline, px
@@ -74,6 +75,9 @@ class PrimitiveEnergy : public optim::Energy {
   void residuals(const optim::State& x, std::vector<double>* out) const;
 
  private:
+  PrimitiveField field_at(const optim::State& x) const {
+    return PrimitiveField::of(kind_, options_.scaling, x, options_.unit_m);
+  }
   // Every contribution, or only those that the loops over packs of points do not sum.
   template <class Add>
   void visit(const PrimitiveField& field, const optim::State& x, const Add& add) const;

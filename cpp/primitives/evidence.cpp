@@ -79,7 +79,7 @@ double seen_rays(const PrimitiveView& view, std::size_t first) {
 Costs costs_of(const PrimitiveFit& fit, const PrimitiveView& view, const PrimitiveFitOptions& options,
                double scale_m) {
   PrimitiveEnergyOptions e;
-  e.scaling = options.scaling, e.scale_m = scale_m;
+  e.scaling = options.scaling, e.unit_m = fit.unit_m, e.scale_m = scale_m;
   e.points = std::min(options.max_points, kWitnesses), e.rays = std::min(options.max_rays, kWitnesses);
   e.outline_floor = kFloor;
   const PrimitiveEnergy energy(fit.kind, &view, e);
@@ -97,7 +97,7 @@ double correlated_px2(const PrimitiveFit& fit, const PrimitiveView& view,
                       const PrimitiveFitOptions& options) {
   if (view.pixels.empty()) return 1;
   PrimitiveEnergyOptions e;
-  e.scaling = options.scaling, e.points = options.max_points, e.rays = 0;
+  e.scaling = options.scaling, e.unit_m = fit.unit_m, e.points = options.max_points, e.rays = 0;
   std::vector<double> r;
   PrimitiveEnergy(fit.kind, &view, e).residuals(fit.x, &r);
   const ResidualImage image(view, r, fit.scale_m);

@@ -12,10 +12,10 @@
 namespace sdftrack::primitives {
 
 // How the thesis gives a size (Eq. 3.27): S = diag(s): the unit solid has radii and edges of 1, so that s are
-// the lengths; x and y of a round body share one length, and a patch has no third.
+// the lengths; x and y of a round body share one length, and a patch has no third, which is not scaled.
 template <class Solid, class T>
-HD Vec3<T> diagonal_of(const T (&size)[sdf::kMaxSizes]) {
-  const auto along = [&](const SolidAxis& axis) { return axis.size < 0 ? T(1) : size[axis.size]; };
+HD Vec3<T> diagonal_of(const T (&size)[sdf::kMaxSizes], T unit_m) {
+  const auto along = [&](const SolidAxis& axis) { return axis.size < 0 ? unit_m : size[axis.size]; };
   return {along(Solid::kAxes[0]), along(Solid::kAxes[1]), along(Solid::kAxes[2])};
 }
 
@@ -29,26 +29,25 @@ HD sdf::SolidSample<T> unit_sample_of(Vec3<T> p) {
   }
 }
 
-// phi_u(S^-1 p) is not a distance: its slope is |S^-1 grad phi_u|, by which it is divided. The result is
-// exact on the surface and correct to first order near it.
+// unit_m phi_u(S^-1 p): the field of a solid whose lengths are all unit_m, at the scaled point. It is 0 on
+// the surface and no distance elsewhere: its slope is unit_m |S^-1 grad phi_u|.
 template <class T>
-HD T printed_phi(PrimitiveKind kind, Vec3<T> p, const T (&size)[sdf::kMaxSizes]) {
+HD T printed_phi(PrimitiveKind kind, Vec3<T> p, const T (&size)[sdf::kMaxSizes], T unit_m) {
   return visit_solid(
       kind, [&](auto solid) __attribute__((always_inline)) {
         using Solid = decltype(solid);
-        const Vec3<T> s = diagonal_of<Solid>(size);
-        const sdf::SolidSample<T> u = unit_sample_of<Solid>(Vec3<T>{p.x / s.x, p.y / s.y, p.z / s.z});
-        return u.phi_m / norm(Vec3<T>{u.grad.x / s.x, u.grad.y / s.y, u.grad.z / s.z});
+        const Vec3<T> s = diagonal_of<Solid>(size, unit_m);
+        return unit_m * unit_sample_of<Solid>(Vec3<T>{p.x / s.x, p.y / s.y, p.z / s.z}).phi_m;
       });
 }
 
-HD sdf::SolidSample<double> printed_sample(PrimitiveKind kind, Vec3d p,
-                                           const double (&size)[sdf::kMaxSizes]) {
+HD sdf::SolidSample<double> printed_sample(PrimitiveKind kind, Vec3d p, const double (&size)[sdf::kMaxSizes],
+                                           double unit_m) {
   using D = Dual<3 + sdf::kMaxSizes>;
   const Vec3<D> at{D::variable(p.x, 0), D::variable(p.y, 1), D::variable(p.z, 2)};
   const D lengths[sdf::kMaxSizes] = {D::variable(size[0], 3), D::variable(size[1], 4),
                                      D::variable(size[2], 5)};
-  const D phi = printed_phi(kind, at, lengths);
+  const D phi = printed_phi(kind, at, lengths, D(unit_m));
   return {phi.value, {phi.d[0], phi.d[1], phi.d[2]}, {phi.d[3], phi.d[4], phi.d[5]}};
 }
 
@@ -61,15 +60,16 @@ struct PrimitiveField {
   Scaling scaling;
   Rigidd T_obj_cam;
   double size_m[sdf::kMaxSizes];
+  double unit_m = 1;  // of the printed form
 
-  static PrimitiveField of(PrimitiveKind kind, Scaling scaling, const optim::State& x) {
-    PrimitiveField field{kind, scaling, x.T_obj_cam[0], {1, 1, 1}};
+  static PrimitiveField of(PrimitiveKind kind, Scaling scaling, const optim::State& x, double unit_m = 1) {
+    PrimitiveField field{kind, scaling, x.T_obj_cam[0], {1, 1, 1}, unit_m};
     for (std::size_t i = 0; i < x.log_size.size(); ++i) field.size_m[i] = std::exp(x.log_size[i]);
     return field;
   }
 
   sdf::SolidSample<double> sample(Vec3d p_obj) const {
-    if (scaling == Scaling::kPrinted) return printed_sample(kind, p_obj, size_m);
+    if (scaling == Scaling::kPrinted) return printed_sample(kind, p_obj, size_m, unit_m);
     return exact_sample(kind, p_obj, size_m);
   }
 

@@ -63,7 +63,8 @@ class Fitter {
 
   PrimitiveEnergyOptions energy(double scale_m, double outline_px, int points, int rays) const {
     PrimitiveEnergyOptions e;
-    e.scaling = options_.scaling, e.scale_m = scale_m, e.outline_scale_px = outline_px;
+    e.scaling = options_.scaling, e.unit_m = diameter_m_;
+    e.scale_m = scale_m, e.outline_scale_px = outline_px;
     e.points = std::min(points, options_.max_points), e.rays = std::min(rays, options_.max_rays);
     e.outline_floor = outline_px > 1 ? 0.0 : kWrongLabels;
     e.thin_m = has_inside(kind_) ? kThinPart * diameter_m_ : 0;  // a narrow strip is a valid patch
@@ -206,7 +207,7 @@ class Fitter {
 
 void count_inliers(const PrimitiveView& view, const PrimitiveFitOptions& options, PrimitiveFit* fit) {
   PrimitiveEnergyOptions e;
-  e.scaling = options.scaling, e.points = options.max_points, e.rays = options.max_rays;
+  e.points = options.max_points, e.rays = options.max_rays;
   std::vector<double> r;
   const PrimitiveEnergy energy(fit->kind, &view, e);
   energy.residuals(fit->x, &r);
@@ -242,7 +243,7 @@ PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const 
   if (all.empty()) return fit;
   Candidate best = fitter.coarse(std::move(all), initial != nullptr);
   const PrimitiveEnergyOptions last = fitter.fine(&best);
-  fit.x = best.x, fit.steps = fitter.steps(), fit.scale_m = last.scale_m;
+  fit.x = best.x, fit.steps = fitter.steps(), fit.scale_m = last.scale_m, fit.unit_m = last.unit_m;
   fit.freedom = int(std::min(view.points.size(), std::size_t(last.points)) +
                     std::min(view.outline.size(), std::size_t(last.rays))) +
                 (view.stands ? 1 : 0) - free_count(kind);

@@ -29,6 +29,7 @@ struct PrimitiveFit {
   std::array<bool, sdf::kMaxSizes> far{false, false, false};  // the length has reached its limit
   Eigen::MatrixXd covariance;  // over v, w (T_obj_cam's increment) and the logarithms of the lengths
   double scale_m = 0;          // s of the measurements' residuals
+  double unit_m = 1;           // see PrimitiveEnergyOptions
   double rms_m = 0;            // of the measurements within the tolerance
   double inliers = 0;          // share of such measurements
   double outline = 1;          // share of the outline that agrees with the solid's

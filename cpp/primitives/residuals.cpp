@@ -6,14 +6,6 @@
 
 namespace sdftrack::primitives {
 
-namespace {
-
-auto sample_of(const PrimitiveField& field) {
-  return [&field](const Vec3d& p_obj) { return field.sample(p_obj); };
-}
-
-}  // namespace
-
 void point_residual(const PrimitiveField& field, Vec3d p_cam, SolidResidual* out) {
   PrimitiveField::Row row;
   field.row(p_cam, &row);
@@ -22,6 +14,10 @@ void point_residual(const PrimitiveField& field, Vec3d p_cam, SolidResidual* out
 }
 
 void ray_residual(const PrimitiveField& field, Vec3d p_cam, SolidResidual* out) {
+  if (field.scaling == Scaling::kPrinted) {
+    point_residual(field, p_cam, out);
+    return;
+  }
   const bool in_closed_form = visit_solid(field.kind, [&](auto solid) {
     if constexpr (requires { solid.ray_residual(field, p_cam, -kGrazing, out); }) {
       if (!solid.ray_residual(field, p_cam, -kGrazing, out)) point_residual(field, p_cam, out);
@@ -33,11 +29,8 @@ void ray_residual(const PrimitiveField& field, Vec3d p_cam, SolidResidual* out) 
   if (in_closed_form) return;
   const Vec3d way = field.T_obj_cam.R * ((1 / p_cam.z) * p_cam);
   const Vec3d from = field.T_obj_cam * p_cam;
-  const RayMeeting<double> met =
-      field.scaling == Scaling::kExact
-          ? visit_solid(field.kind,
-                        [&](auto solid) { return meet_solid<decltype(solid)>(from, way, field.size_m); })
-          : meet(from, way, sample_of(field));
+  const RayMeeting<double> met = visit_solid(
+      field.kind, [&](auto solid) { return meet_solid<decltype(solid)>(from, way, field.size_m); });
   field.derivative(met.at.p, met.at.s, out->J);
   out->m = met.m;
   for (double& j : out->J) j *= met.factor;
@@ -51,13 +44,9 @@ void clearance(const PrimitiveField& field, const OutlineRay& ray, SolidResidual
   });
   if (in_closed_form) return;
   const Vec3d from = field.T_obj_cam.t, way = field.T_obj_cam.R * ray.ray;
-  const RayClearance<double> least = field.scaling == Scaling::kExact
-                                         ? visit_solid(field.kind,
-                                                       [&](auto solid) {
-                                                         return least_along_solid<decltype(solid)>(
-                                                             from, way, ray.near_m, ray.far_m, field.size_m);
-                                                       })
-                                         : least_along(from, way, ray.near_m, ray.far_m, sample_of(field));
+  const RayClearance<double> least = visit_solid(field.kind, [&](auto solid) {
+    return least_along_solid<decltype(solid)>(from, way, ray.near_m, ray.far_m, field.size_m);
+  });
   double low[PrimitiveField::P], high[PrimitiveField::P];
   field.derivative(least.low.p, least.low.s, low);
   field.derivative(least.high.p, least.high.s, high);

@@ -17,8 +17,7 @@ constexpr int kPrimitiveKinds = int(PrimitiveKind::kEnd);
 // How the lengths enter phi.
 enum class Scaling {
   kExact,    // the exact distance to the solid of these lengths
-  kPrinted,  // a unit solid under S = diag(s) (thesis Eq. 3.27), its field divided by |S^-1 grad| to first
-             // order
+  kPrinted,  // a unit solid under S = diag(s) (thesis Eq. 3.27): its field at S^-1 p, at the measured points
 };
 
 using PrimitiveSize = std::array<double, sdf::kMaxSizes>;  // m; lengths that a kind lacks are 1

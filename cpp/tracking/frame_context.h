@@ -51,6 +51,7 @@ class FrameContext {
   frame::DepthFrame without_members(const std::vector<int>& members, int k);
 
   std::optional<JointFitted>& together(std::size_t k) { return together_[k]; }
+  const std::optional<JointFitted>& together(std::size_t k) const { return together_[k]; }
   // The joint fit of this object; nullptr: it is fitted alone.
   JointFitted* together_of(const TrackedObject& object);
 

@@ -2,14 +2,20 @@
 #include "tracking/group_fitter.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
+
+#include "tracking/play.h"
 
 namespace sdftrack::tracking {
 
 namespace {
 
-constexpr int kCarriedFrames = 5;  // for which the others may carry a hidden object along
-constexpr int kGroupRounds = 2;    // of a joint fit, repair of single objects and another joint fit
+constexpr int kCarriedFrames = 5;  // in which a hidden object need not be held by the others
+constexpr double kCarried_m = 0.03, kCarried_rad = 0.3;  // sd per frame of what they do not bound
+constexpr int kSpreadFrames = 3;  // after which that grows no further: 6 cm say all there is to say
+constexpr int kGroupRounds = 2;   // of a joint fit, repair of single objects and another joint fit
 
 // Whether the sensor sees past the place of an object without evidence: it is then not hidden but gone.
 bool seen_through(const Visibility& seen) { return seen.farther > seen.nearer + seen.agree; }
@@ -59,6 +65,57 @@ void GroupFitter::fit_group(FrameContext* context, const Objects& objects, std::
   for (int round = 1; round < kGroupRounds && mend(context, objects, members); ++round)
     fit_together(context, objects, members);
   give_up_doubles(context, objects, members);
+  weigh_play(context, objects, members);
+}
+
+// How far hidden objects may move between those that are tracked, and whether these hold them.
+void GroupFitter::weigh_play(FrameContext* context, const Objects& objects, const std::vector<int>& members) {
+  for (const int k : members) {
+    const auto i = std::size_t(k);
+    JointFitted& hidden = *context->together(i);
+    if (!hidden.hidden || hidden.inside >= 0) continue;
+    places_.clear();
+    for (const int other : members) {
+      const auto j = std::size_t(other);
+      const JointFitted& one = *context->together(j);
+      if (!one.hidden && one.inside < 0 &&
+          follower_->judge_followed(one.fitted, objects[j]).status != Status::kLost)
+        places_.push_back(field_of(*objects[j].shape, one.fitted.T_cam_obj));
+    }
+    const double spread = std::sqrt(1.0 + std::min(objects[i].hidden_frames, kSpreadFrames));
+    const auto play_at = [&](const Rigidd& T_cam_obj) {
+      return play_between(places_, *objects[i].shape, T_cam_obj, spread * kCarried_m, spread * kCarried_rad);
+    };
+    if (const std::optional<Rigidd> carried = carried_pose(*context, objects, members, i)) {
+      const Play play = play_at(*carried);
+      if (play.held) {
+        hidden.held = true, hidden.fitted.T_cam_obj = *carried, hidden.fitted.covariance = play.covariance;
+        continue;
+      }
+    }
+    hidden.fitted.covariance = play_at(hidden.fitted.T_cam_obj).covariance;
+  }
+}
+
+// The last pose of a hidden object, moved as the nearest of those that are tracked has moved since; none in a
+// first frame.
+std::optional<Rigidd> GroupFitter::carried_pose(const FrameContext& context, const Objects& objects,
+                                                const std::vector<int>& members, std::size_t i) const {
+  if (!objects[i].followed()) return std::nullopt;
+  std::optional<Rigidd> carried;
+  double least_m = std::numeric_limits<double>::infinity();
+  for (const int other : members) {
+    const auto j = std::size_t(other);
+    const JointFitted& one = *context.together(j);
+    if (one.hidden || one.inside >= 0 || !objects[j].followed()) continue;
+    const Rigidd T_other_cam = inverse(objects[j].T_cam_obj);
+    const double gap_m = gap_between({objects[j].shape->sdf, T_other_cam.cast<float>()}, *objects[i].shape,
+                                     objects[i].T_cam_obj);
+    if (gap_m >= least_m) continue;
+    least_m = gap_m;
+    carried = one.fitted.T_cam_obj * T_other_cam * objects[i].T_cam_obj;
+  }
+  return carried;
 }
 
 // Of several starts in one place only the first is fitted.
@@ -151,7 +208,11 @@ ObjectResult GroupFitter::accept(JointFitted* joint, const FrameContext& context
   if (joint->inside >= 0)
     return without_pose(reason_about(ReasonCode::kSamePlace, joint->inside), Status::kLost);
   if (joint->hidden) {
-    if (seen_through(joint->fitted.seen) || ++object->hidden_frames > kCarriedFrames)
+    ++object->hidden_frames;
+    const int most = options_.carried_frames;
+    const bool over =
+        most > 0 ? object->hidden_frames > most : object->hidden_frames > kCarriedFrames && !joint->held;
+    if (seen_through(joint->fitted.seen) || over)
       return without_pose({ReasonCode::kFewReadings}, Status::kLost);
     ObjectResult carried = without_pose({ReasonCode::kPlacedByNeighbors}, Status::kWeak);
     object->T_cam_obj = joint->fitted.T_cam_obj;

@@ -2,6 +2,7 @@
 // Fits objects that may touch or hide each other together, and singly where that is not convincing.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "tracking/object_follower.h"
@@ -29,6 +30,9 @@ class GroupFitter {
   void refuse_doubles(FrameContext* context, const Objects& objects, std::vector<int>* members);
   void fit_together(FrameContext* context, const Objects& objects, const std::vector<int>& members);
   bool mend(FrameContext* context, const Objects& objects, const std::vector<int>& members);
+  void weigh_play(FrameContext* context, const Objects& objects, const std::vector<int>& members);
+  std::optional<Rigidd> carried_pose(const FrameContext& context, const Objects& objects,
+                                     const std::vector<int>& members, std::size_t i) const;
   void give_up_doubles(FrameContext* context, const Objects& objects, const std::vector<int>& members) const;
 
   TrackerOptions options_;

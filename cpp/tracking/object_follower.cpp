@@ -257,7 +257,8 @@ void ObjectFollower::learn_colors(FrameContext* context, TrackedObject* object) 
   if (object->colors_by_outline) object->colors_by_outline = false, object->colors.forget();
   const int budget = object->colors.known() ? kColorBudget : kFirstColorBudget;
   count_colors(context->frame(), context->camera(), *object->shape, object->T_cam_obj, options_.padding_m,
-               budget, object->colors, &color_reader_, &color_counts_, context->neighbors_of(*object));
+               budget, object->colors, &color_reader_, &color_counts_, context->neighbors_of(*object),
+               options_.color_learning_printed);
   object->colors.update(color_counts_, kObjectRate, kBackgroundRate);
   if (object->memory.outline_age == 0 || !object->outline_colors.known()) learn_outline(*context, object);
 }

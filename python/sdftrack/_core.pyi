@@ -7,7 +7,7 @@ import enum
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['BALL_BAND_PX', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'Beginning', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ColorModel', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FirstView', 'FrameEnergy', 'GrowingVolume', 'ImageNoise', 'IntrinsicsOptions', 'Keyframe', 'Keyframes', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MAX_VOXELS', 'MIN_BALL_RADIUS_PX', 'MaskExtent', 'MemoryOptions', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveEnergyOptions', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'ReconstructionSession', 'Residual', 'Rest', 'SYMMETRY_STEPS', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'band_deviations', 'band_factor', 'band_solve', 'build', 'canonical_pose', 'click_regions', 'color_counts', 'connected_region', 'contour_distance', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_posterior', 'contour_registration', 'contour_series', 'contour_shared_colors', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'correlation_length', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'depth_metres', 'evolve', 'fast_sweep', 'fill_cavities', 'find_object', 'find_outlines', 'find_standing', 'fit_color_map', 'fit_growth', 'fit_noise', 'fit_plane', 'grid_around', 'isa', 'isas', 'joined', 'local_color_chances', 'look_at_form', 'mesh_to_sdf', 'mesh_volume', 'moving_color', 'nearest_reading', 'nearest_rigid', 'new_volume_id', 'open_mesh_to_sdf', 'outline_energy', 'outline_lines', 'outline_offset', 'outline_size', 'paint', 'photometric', 'plane_noise', 'planes_below', 'planes_near', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'printed_prior', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_log', 'rotations_of_curve', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'seen_form', 'sensor_presets', 'slic', 'slic_there', 'smooth_foreground', 'span_is_wide', 'spline_values', 'standing_regions', 'surface_noise', 'surface_samples', 'symmetry_motions', 'thread_count', 'too_small_radius_px', 'winding_numbers', 'without_lattice', 'zero_mesh']
+__all__: list[str] = ['BALL_BAND_PX', 'BallColor', 'BallFinder', 'BallOutline', 'BallRecording', 'Beginning', 'BorrowedArray', 'Calibration', 'Camera', 'Collision', 'ColorMap', 'ContourCore', 'ContourFrame', 'ContourObservation', 'ContourOptions', 'DepthBall', 'DepthToColor', 'DeviceArray', 'EVIDENCE_BIAS', 'EVIDENCE_MOST_INSTABILITY', 'EVIDENCE_MOST_SHARED', 'EVIDENCE_SURE', 'EVIDENCE_WEIGHTS', 'EvidenceGatherer', 'EvolveOptions', 'FrameEnergy', 'GrowingVolume', 'ImageNoise', 'IntrinsicsOptions', 'Keyframe', 'Keyframes', 'Lens', 'LmOptions', 'LwprModel', 'LwprOptions', 'MAX_VOXELS', 'MIN_BALL_RADIUS_PX', 'MemoryOptions', 'MeshCaster', 'MotionModel', 'ObservedFrame', 'OcclusionHandler', 'PrimitiveFitOptions', 'PrimitiveKind', 'PrimitiveView', 'Reconstruction', 'ReconstructionOptions', 'ReconstructionSession', 'Residual', 'SYMMETRY_STEPS', 'Scaling', 'Searcher', 'ShapeJudgement', 'SilhouetteMemory', 'SingleFitter', 'SlicOptions', 'SlicWork', 'State', 'Tracker', 'TrackerFrame', 'TrackerOptions', 'band_deviations', 'band_factor', 'band_solve', 'build', 'canonical_pose', 'connected_region', 'contour_first_instability', 'contour_harmonic_numbers', 'contour_harmonics', 'contour_posterior', 'contour_series', 'contour_steps', 'contour_verdict', 'contour_with_hidden', 'copy_from_cuda', 'copy_from_dlpack', 'correlation_area', 'correlation_length', 'cuda_build', 'cuda_device_name', 'cuda_devices', 'cuda_fingerprint', 'cuda_least_capability', 'decompose_map', 'depth_metres', 'evolve', 'find_object', 'find_outlines', 'find_standing', 'fit_color_map', 'fit_growth', 'fit_noise', 'fit_plane', 'grid_around', 'isa', 'isas', 'mesh_to_sdf', 'mesh_volume', 'moving_color', 'nearest_rigid', 'new_volume_id', 'paint', 'plane_noise', 'primitive_clearance', 'primitive_distances', 'primitive_kinds', 'primitive_reach', 'primitive_sdf', 'redistance', 'remove_plane', 'render_sdf', 'rotation_exp', 'rotation_log', 'rotations_of_curve', 'sample_sdf', 'scale_and_add', 'seed_rotation', 'sensor_presets', 'slic', 'slic_there', 'span_is_wide', 'spline_values', 'surface_noise', 'surface_samples', 'symmetry_motions', 'thread_count', 'too_small_radius_px', 'without_lattice', 'zero_mesh']
 class BallColor:
     """
     Chromaticity model of a ball.
@@ -84,10 +84,6 @@ class Beginning:
     def at_pose(self, T_cam_obj: numpy.ndarray) -> Beginning:
         """
         The same with another pose.
-        """
-    def view(self, camera: Camera, T_cam_obj: numpy.ndarray) -> FirstView:
-        """
-        The bounds on the object at this pose; None: none.
         """
     @property
     def T_cam_obj(self) -> numpy.typing.NDArray[numpy.float64]:
@@ -214,25 +210,6 @@ class ColorMap:
         """
     @property
     def shape(self) -> tuple[int, int]:
-        ...
-class ColorModel:
-    """
-    Histograms of object and background; see docs/math/color.md.
-    """
-    def __init__(self, prior: typing.SupportsFloat | typing.SupportsIndex = 0.699999988079071) -> None:
-        ...
-    def update(self, object: numpy.ndarray, background: numpy.ndarray, object_rate: typing.SupportsFloat | typing.SupportsIndex = 0.05, background_rate: typing.SupportsFloat | typing.SupportsIndex = 0.3, front: typing.Any = None) -> None:
-        """
-        Mix in the counts of one frame, (4096,) float32 each.
-        """
-    @property
-    def known(self) -> bool:
-        ...
-    @property
-    def overlap(self) -> float:
-        ...
-    @property
-    def posterior(self) -> numpy.typing.NDArray[numpy.float32]:
         ...
 class ContourCore:
     """
@@ -545,13 +522,6 @@ class EvolveOptions:
     @sigma_phi.setter
     def sigma_phi(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
-class FirstView:
-    def __init__(self, camera: Camera, T: numpy.ndarray, from_m: numpy.ndarray, planes: numpy.ndarray, middle: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], radius_m: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    def may_hold(self, points: numpy.ndarray) -> numpy.typing.NDArray[numpy.bool]:
-        """
-        Whether the object may be at points (N, 3) of the object frame.
-        """
 class FrameEnergy:
     """
     Data energy of one object in one frame; see sdftrack.Energy.
@@ -930,16 +900,6 @@ class LwprOptions:
         """
         if a sample activates two receptive fields above this, one of them is pruned; must exceed w_gen
         """
-class MaskExtent:
-    """
-    Compares a shape with the mask of its first frame.
-    """
-    def __init__(self, camera: Camera, outline: numpy.ndarray, T_cam_obj: numpy.ndarray) -> None:
-        ...
-    def beyond(self, phi: numpy.ndarray, voxel_m: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], seen: numpy.ndarray, boxes: numpy.ndarray, fused: typing.SupportsInt | typing.SupportsIndex, least: typing.SupportsInt | typing.SupportsIndex) -> float:
-        ...
-    def forget(self) -> None:
-        ...
 class MemoryOptions:
     """
     Options of a memory of silhouettes.
@@ -1086,54 +1046,6 @@ class OcclusionHandler:
         """
         Between observe and finish: the judgement, and the whole silhouette where one is recovered.
         """
-class PrimitiveEnergyOptions:
-    in_double: bool
-    rest: Rest
-    scaling: Scaling
-    def __init__(self) -> None:
-        ...
-    @property
-    def outlier_floor(self) -> float:
-        ...
-    @outlier_floor.setter
-    def outlier_floor(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def outline_floor(self) -> float:
-        ...
-    @outline_floor.setter
-    def outline_floor(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def outline_scale_px(self) -> float:
-        ...
-    @outline_scale_px.setter
-    def outline_scale_px(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def resting_sigma_rad(self) -> float:
-        ...
-    @resting_sigma_rad.setter
-    def resting_sigma_rad(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def scale_m(self) -> float:
-        ...
-    @scale_m.setter
-    def scale_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def shrink(self) -> float:
-        ...
-    @shrink.setter
-    def shrink(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
-    @property
-    def standing_sigma_m(self) -> float:
-        ...
-    @standing_sigma_m.setter
-    def standing_sigma_m(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
 class PrimitiveFitOptions:
     scaling: Scaling
     def __init__(self) -> None:
@@ -1167,8 +1079,6 @@ class PrimitiveView:
     @staticmethod
     def of_points(points: numpy.ndarray) -> PrimitiveView:
         ...
-    def energy(self, kind: PrimitiveKind, T_obj_cam: numpy.ndarray, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], options: PrimitiveEnergyOptions) -> dict:
-        ...
     def fit(self, kinds: collections.abc.Sequence[PrimitiveKind], options: PrimitiveFitOptions, T_cam_obj: typing.Any = None, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] | None = None, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> list:
         ...
     def set_plane(self, normal: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], offset: typing.SupportsFloat | typing.SupportsIndex, stands: bool) -> None:
@@ -1176,21 +1086,10 @@ class PrimitiveView:
     @property
     def points(self) -> numpy.typing.NDArray[numpy.float64]:
         ...
-    @property
-    def rays(self) -> int:
-        ...
 class Reconstruction:
-    def __init__(self, voxels: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_m: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], prior: numpy.ndarray | None, options: ReconstructionOptions, threads: typing.SupportsInt | typing.SupportsIndex, view: typing.Any = None, first_shape: numpy.ndarray | None = None, device: typing.SupportsInt | typing.SupportsIndex = -1, usual_noise_m: typing.SupportsFloat | typing.SupportsIndex | None = None) -> None:
-        ...
-    def begin_to_show(self) -> None:
-        """
-        Begin that, and return: what was borrowed may be read after show().
-        """
-    def continued(self, view: typing.Any) -> Reconstruction:
+    def __init__(self, voxels: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_m: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], prior: numpy.ndarray | None, options: ReconstructionOptions, threads: typing.SupportsInt | typing.SupportsIndex, first_shape: numpy.ndarray | None = None, device: typing.SupportsInt | typing.SupportsIndex = -1, usual_noise_m: typing.SupportsFloat | typing.SupportsIndex | None = None) -> None:
         ...
     def fuse(self, depth: numpy.ndarray, camera: Camera, T: numpy.ndarray, region: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"], mask: typing.Any = None, foreground: numpy.ndarray | None = None, rgb: numpy.ndarray | None = None) -> None:
-        ...
-    def grown(self, before: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], after: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"]) -> Reconstruction:
         ...
     def mesh(self) -> tuple:
         ...
@@ -1198,9 +1097,6 @@ class Reconstruction:
         """
         Bring what arrays and trackers have borrowed of a volume on a GPU up to the last frame.
         """
-    @property
-    def change_m(self) -> float:
-        ...
     @property
     def log_ratio(self) -> numpy.ndarray:
         ...
@@ -1400,10 +1296,6 @@ class Residual(enum.Enum):
     point: typing.ClassVar[Residual]  # value = <Residual.point: 0>
     ray_hit: typing.ClassVar[Residual]  # value = <Residual.ray_hit: 2>
     slope: typing.ClassVar[Residual]  # value = <Residual.slope: 1>
-class Rest(enum.Enum):
-    base: typing.ClassVar[Rest]  # value = <Rest.base: 1>
-    point: typing.ClassVar[Rest]  # value = <Rest.point: 0>
-    side: typing.ClassVar[Rest]  # value = <Rest.side: 2>
 class Scaling(enum.Enum):
     exact: typing.ClassVar[Scaling]  # value = <Scaling.exact: 0>
     printed: typing.ClassVar[Scaling]  # value = <Scaling.printed: 1>
@@ -1635,7 +1527,7 @@ class TrackerOptions:
         ...
     def __hash__(self) -> int:
         ...
-    def __init__(self, *, residual: str = 'ray_hit', curvature: str = 'irls', outlier_floor: float = 0.1, scale_start_m: float = 0.005, scale_per_noise: float = 1.0, noise_m: float = 0.001, noise_per_m: float = 0.0, adapt_noise: bool = True, systematic_m: float = 0.0, max_systematic_m: float = 0.008, systematic_per_m: float = 0.0, lateral_px: float = 0.0, correlation_area_px: float = 0.0, min_correlation_area_px: float = 0.0, padding_m: float = 0.04, retry_inliers: float = 0.5, far_scale_m: float = 0.012, far_padding_m: float = 0.045, max_pixels: int = 10000, coarse_pixels: int = 320, fine_first: bool = True, damping_start: float = 0.001, stop_rule: str = 'gain', coarse_floor: float = 0.3, coarse_floor_behind: float = 0.02, free_space: bool = True, free_space_scale_m: float = 0.003, free_space_weight: float = 1.0, motion_sigma_m: float = 0.03, motion_sigma_rad: float = 0.3, drop_plane: bool = False, collision_tolerance_m: float = 3e-05, union_sharpness: float = 40.0, coarse_union_sharpness: float = 2.0, color_likelihood: str = 'odds', color_prior: float = 0.7, smooth_colors: bool = True, color_free_space: bool = False, color_max_overlap: float = 0.9, photometric: bool = True, photometric_weight: float = 0.3, photometric_pixels: int = 600, outline: bool = True, outline_weight: float = 1.0, outline_points: int = 120, outline_reach_px: int = 8, outline_far_px: int = 24, outline_from_m: float = 0.0005, outline_local: bool = True, recover_seeds: int = 120, lost_inliers: float = 0.3, weak_inliers: float = 0.55, lost_evidence: float = 0.02, weak_evidence: float = 0.5, given_odds: float = 20.0, search_odds: float = 0.05) -> None:
+    def __init__(self, *, residual: str = 'ray_hit', curvature: str = 'irls', outlier_floor: float = 0.1, scale_start_m: float = 0.005, scale_per_noise: float = 1.0, noise_m: float = 0.001, noise_per_m: float = 0.0, adapt_noise: bool = True, systematic_m: float = 0.0, max_systematic_m: float = 0.008, systematic_per_m: float = 0.0, lateral_px: float = 0.0, correlation_area_px: float = 0.0, min_correlation_area_px: float = 0.0, padding_m: float = 0.04, retry_inliers: float = 0.5, far_scale_m: float = 0.012, far_padding_m: float = 0.045, max_pixels: int = 10000, coarse_pixels: int = 320, fine_first: bool = True, damping_start: float = 0.001, stop_rule: str = 'gain', coarse_floor: float = 0.3, coarse_floor_behind: float = 0.02, free_space: bool = True, free_space_scale_m: float = 0.003, free_space_weight: float = 1.0, motion_sigma_m: float = 0.03, motion_sigma_rad: float = 0.3, drop_plane: bool = False, carried_frames: int = 0, collision_tolerance_m: float = 3e-05, union_sharpness: float = 40.0, coarse_union_sharpness: float = 2.0, color_likelihood: str = 'odds', color_learning: str = 'guarded', color_prior: float = 0.7, smooth_colors: bool = True, color_free_space: bool = False, color_max_overlap: float = 0.9, photometric: bool = True, photometric_weight: float = 0.3, photometric_pixels: int = 600, outline: bool = True, outline_weight: float = 1.0, outline_points: int = 120, outline_reach_px: int = 8, outline_far_px: int = 24, outline_from_m: float = 0.0005, outline_local: bool = True, recover_seeds: int = 120, lost_inliers: float = 0.3, weak_inliers: float = 0.55, lost_evidence: float = 0.02, weak_evidence: float = 0.5, given_odds: float = 20.0, search_odds: float = 0.05) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -1653,6 +1545,11 @@ class TrackerOptions:
     def adapt_noise(self) -> bool:
         """
         rescale sigma(Z) in every frame by the residuals
+        """
+    @property
+    def carried_frames(self) -> int:
+        """
+        an object without measurements of its own is placed by its neighbours for at most this many frames; 0: for 5, and as long as tracked neighbours hold it
         """
     @property
     def coarse_floor(self) -> float:
@@ -1683,6 +1580,11 @@ class TrackerOptions:
     def color_free_space(self) -> bool:
         """
         treat a pixel without depth but with background colour as free space
+        """
+    @property
+    def color_learning(self) -> str:
+        """
+        guarded: pixels are weighted by their colour, and colours of what stands in front are removed; printed: all within 3 voxels of the surface (Eq. 4.22)
         """
     @property
     def color_likelihood(self) -> str:
@@ -1945,15 +1847,7 @@ def canonical_pose(discrete: numpy.ndarray, axes: numpy.ndarray, T: numpy.ndarra
     """
     Symmetry.canonical: (4, 4).
     """
-def click_regions(depth: numpy.ndarray, camera: Camera, rays: typing.Any, px: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"], size_m: typing.SupportsFloat | typing.SupportsIndex, color: typing.Any = None, color_map: typing.Any = None) -> list:
-    ...
-def color_counts(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], camera: Camera, depth: numpy.ndarray, mask: typing.Any, color: numpy.ndarray, color_map: ColorMap, T_cam_obj: numpy.ndarray, padding_m: typing.SupportsFloat | typing.SupportsIndex, budget: typing.SupportsInt | typing.SupportsIndex) -> tuple:
-    """
-    Colours on the object, around it and in front of it, (4096,) float32 each: at the pose, or by the mask if given.
-    """
 def connected_region(depth: numpy.ndarray, camera: Camera, rays: typing.Any, px: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"], reach_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.bool]:
-    ...
-def contour_distance(phi: numpy.ndarray, radius: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float32]:
     ...
 def contour_first_instability(image: numpy.ndarray, box: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"], mask: numpy.ndarray, options: ContourOptions) -> float:
     """
@@ -1969,17 +1863,9 @@ def contour_harmonics(inside: numpy.ndarray, n: typing.SupportsInt | typing.Supp
     """
 def contour_posterior(learned: numpy.ndarray, image: numpy.ndarray, phi: numpy.ndarray, warp: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"], options: ContourOptions, pooled: collections.abc.Sequence[numpy.ndarray] = []) -> numpy.typing.NDArray[numpy.float32]:
     ...
-def contour_registration(phi: numpy.ndarray, warp: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"], pixels: numpy.ndarray, foreground: numpy.ndarray, softness: typing.SupportsFloat | typing.SupportsIndex, affine: bool) -> tuple:
-    """
-    Cost, gradient and Gauss-Newton Hessian of a registration.
-    """
 def contour_series(coefficients: numpy.ndarray, n: typing.SupportsInt | typing.SupportsIndex, order: str, height: typing.SupportsInt | typing.SupportsIndex, width: typing.SupportsInt | typing.SupportsIndex, size: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float64]:
     """
     The cosine series at the pixels of an image.
-    """
-def contour_shared_colors(image: numpy.ndarray, phi: numpy.ndarray, warp: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"]) -> tuple:
-    """
-    Share of the outline beside which the colours are the object's; column, row, cells, overlap of each part.
     """
 def contour_steps(phi: numpy.ndarray, foreground: numpy.ndarray, steps: typing.SupportsInt | typing.SupportsIndex, options: ContourOptions, device: typing.SupportsInt | typing.SupportsIndex = -1) -> numpy.typing.NDArray[numpy.float32]:
     """
@@ -2033,21 +1919,13 @@ def depth_metres(units: numpy.ndarray, unit_m: typing.SupportsFloat | typing.Sup
     """
 def evolve(phi: numpy.ndarray, log_ratio: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, steps: typing.SupportsInt | typing.SupportsIndex, options: EvolveOptions, threads: typing.SupportsInt | typing.SupportsIndex = 0, device: typing.SupportsInt | typing.SupportsIndex = -1) -> numpy.typing.NDArray[numpy.float32]:
     ...
-def fast_sweep(known: numpy.ndarray, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float32]:
-    """
-    |grad u| = 1 from values (m, >= 0) where known (uint8) is not 0; float32 [z, y, x].
-    """
-def fill_cavities(phi: numpy.ndarray, weight: numpy.ndarray) -> numpy.typing.NDArray[numpy.float32]:
-    """
-    A copy of the field in which voxels without evidence that the surface encloses are inside.
-    """
-def find_object(depth: numpy.ndarray, given: typing.Any, place: typing.Any, camera: Camera, initial: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]] | None, planes: bool, keep_to_mask: bool, mask_margin_px: typing.SupportsInt | typing.SupportsIndex, noise_m: typing.SupportsFloat | typing.SupportsIndex | None) -> Beginning:
+def find_object(depth: numpy.ndarray, given: typing.Any, place: typing.Any, camera: Camera, initial: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]] | None, options: ReconstructionOptions) -> Beginning:
     """
     The object of a first frame at a mask, a box, or a pose of the initial shape.
     """
 def find_outlines(color: numpy.ndarray, mask: numpy.ndarray, camera: Camera, seed: typing.SupportsInt | typing.SupportsIndex = 0, most: typing.SupportsInt | typing.SupportsIndex = 3) -> list[BallOutline]:
     ...
-def find_standing(depth: numpy.ndarray, given: typing.Any, T_cam_obj: numpy.ndarray, camera: Camera, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], planes: bool, keep_to_mask: bool, mask_margin_px: typing.SupportsInt | typing.SupportsIndex, noise_m: typing.SupportsFloat | typing.SupportsIndex | None) -> Beginning:
+def find_standing(depth: numpy.ndarray, given: typing.Any, T_cam_obj: numpy.ndarray, camera: Camera, shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], options: ReconstructionOptions) -> Beginning:
     """
     The same at the pose of a shape, with the planes that it stands on.
     """
@@ -2077,16 +1955,6 @@ def isas() -> list[str]:
     """
     Instruction sets that this build has code for and this processor runs, slowest first.
     """
-def joined(depth: numpy.ndarray, free: numpy.ndarray, seed: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(2)"], step_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.bool]:
-    ...
-def local_color_chances(counts: tuple[numpy.ndarray, numpy.ndarray], points: numpy.ndarray, object: collections.abc.Sequence[bool], bins: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], frames: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], rate: typing.SupportsFloat | typing.SupportsIndex, asked: numpy.ndarray, asked_bins: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> list[float]:
-    """
-    Chances of colours to be the object's at places, after pixels of both sides were seen there.
-    """
-def look_at_form(volume: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], camera: Camera, pixels: numpy.ndarray, color_prior: typing.SupportsFloat | typing.SupportsIndex, T_cam_obj: numpy.ndarray, noise_m: typing.SupportsFloat | typing.SupportsIndex, systematic_m: typing.SupportsFloat | typing.SupportsIndex) -> tuple:
-    """
-    Size (log scale, own and shared variance, pull, unexplained) and form (strain, own and shared covariance, axis, log stretch, sd) by the depth of one frame; each None where it says nothing.
-    """
 def mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
     """
     -> phi [z, y, x] float32 m, number of voxels inside an inside-out part.
@@ -2099,8 +1967,6 @@ def moving_color(colors: collections.abc.Sequence[numpy.ndarray]) -> BallColor:
     """
     The most saturated colour among pixels that change.
     """
-def nearest_reading(depth: numpy.ndarray, camera: Camera, px: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"]) -> tuple:
-    ...
 def nearest_rigid(T: numpy.ndarray, name: str = 'T') -> numpy.typing.NDArray[numpy.float64]:
     """
     4x4 float64, rotation to within 0.01, projected onto the rotations; ValueError beyond.
@@ -2109,43 +1975,11 @@ def new_volume_id() -> int:
     """
     A number that no other volume has.
     """
-def open_mesh_to_sdf(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], band_voxels: typing.SupportsFloat | typing.SupportsIndex = 6.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple:
-    """
-    -> phi [z, y, x] float32 m of a mesh with holes, closed by its generalised winding number; voxels beside the surface that closes a hole.
-    """
-def outline_energy(lines: numpy.ndarray, camera: Camera, color_map: ColorMap, T_obj_cam: numpy.ndarray, noise: typing.SupportsFloat | typing.SupportsIndex = 1.0, common_sd_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, shared_lines: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> tuple:
-    """
-    Cost, gradient, Hessian and residuals (over their sd).
-    """
-def outline_lines(shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], camera: Camera, depth: typing.Any, color: numpy.ndarray, color_map: ColorMap, counts: tuple[numpy.ndarray, numpy.ndarray], T_cam_obj: numpy.ndarray, points: typing.SupportsInt | typing.SupportsIndex = 200, reach_px: typing.SupportsInt | typing.SupportsIndex = 8) -> numpy.typing.NDArray[numpy.float64]:
-    """
-    Lines across the outline: (n, 9) rows of X, Y, Z (m, object), centre and normal (px), offset, sd.
-    """
-def outline_offset(chance: numpy.ndarray, reach: typing.SupportsInt | typing.SupportsIndex) -> tuple:
-    """
-    Mean, sd (steps) and contrast of where along a line the outline is.
-    """
-def outline_size(lines: numpy.ndarray, camera: Camera, color_map: ColorMap, T_obj_cam: numpy.ndarray, noise: typing.SupportsFloat | typing.SupportsIndex, to_depth: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"], shared_lines: typing.SupportsFloat | typing.SupportsIndex, middle: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"] = [0.0, 0.0, 0.0]) -> typing.Any:
-    """
-    Log scale, own and shared variance, pull; information and pull of a strain about `middle`.
-    
-    None of too few lines.
-    """
 def paint(vertices: numpy.ndarray, faces: numpy.ndarray, colors: numpy.ndarray, values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], reach_m: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.uint8]:
     """
     RGBA [z, y, x, 4] of the voxels within reach of a mesh with coloured vertices.
     """
-def photometric(shape: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], numpy.ndarray], K: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"], settled: numpy.ndarray, T_obj_cam: numpy.ndarray, u_px: numpy.ndarray, v_px: numpy.ndarray, depth_m: numpy.ndarray, grey: numpy.ndarray, sigma: typing.SupportsFloat | typing.SupportsIndex = 0.03) -> tuple:
-    """
-    Cost, gradient, Hessian, tone (gain, shading, offset) and pixels used, of the photometric energy.
-    """
 def plane_noise(depth: numpy.ndarray, given: typing.Any, camera: Camera, beside: numpy.ndarray, normal: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], offset_m: typing.SupportsFloat | typing.SupportsIndex) -> ImageNoise:
-    ...
-def planes_below(depth: numpy.ndarray, on_object: numpy.ndarray, camera: Camera, size_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float64]:
-    """
-    Planes around an object that it is above, (N, 5): normal, offset and half thickness (m) of each.
-    """
-def planes_near(depth: numpy.ndarray, camera: Camera, rays: typing.Any, around: numpy.ndarray, window: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(4)"], step: typing.SupportsInt | typing.SupportsIndex, size_m: typing.SupportsFloat | typing.SupportsIndex) -> list:
     ...
 def primitive_clearance(kind: PrimitiveKind, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], T_obj_cam: numpy.ndarray, ray: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], near_m: typing.SupportsFloat | typing.SupportsIndex, far_m: typing.SupportsFloat | typing.SupportsIndex) -> tuple:
     """
@@ -2166,10 +2000,6 @@ def primitive_reach(kind: PrimitiveKind, size: collections.abc.Sequence[typing.S
 def primitive_sdf(kind: str, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
     """
     Exact distance of a primitive at every voxel, float32 [z, y, x].
-    """
-def printed_prior(shape: numpy.ndarray, voxel_m: typing.SupportsFloat | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float32]:
-    """
-    Log odds of the printed evolution's first shape (m).
     """
 def redistance(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0, device: typing.SupportsInt | typing.SupportsIndex = -1) -> numpy.typing.NDArray[numpy.float32]:
     """
@@ -2207,10 +2037,6 @@ def seed_rotation(k: typing.SupportsInt | typing.SupportsIndex, n: typing.Suppor
     """
     Rotation k of n evenly spread ones, as a 4x4 matrix.
     """
-def seen_form(volume: tuple[numpy.ndarray, typing.SupportsFloat | typing.SupportsIndex, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]], camera: Camera, depth: numpy.ndarray, T_cam_obj: numpy.ndarray, points: typing.SupportsInt | typing.SupportsIndex, tolerance_m: typing.SupportsFloat | typing.SupportsIndex) -> tuple:
-    """
-    Mean of J J^T where a fused shape is read, the least slope of a form; points and normals (n, 6).
-    """
 def sensor_presets() -> list:
     """
     One dict of the values of each preset (SensorModel.preset).
@@ -2219,18 +2045,12 @@ def slic(image: numpy.ndarray, options: SlicOptions, mask: numpy.ndarray | None,
     ...
 def slic_there(address: typing.SupportsInt | typing.SupportsIndex, stream: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex, width: typing.SupportsInt | typing.SupportsIndex, channels: typing.SupportsInt | typing.SupportsIndex, options: SlicOptions, device: typing.SupportsInt | typing.SupportsIndex) -> DeviceArray:
     ...
-def smooth_foreground(at: numpy.ndarray, depth: numpy.ndarray, foreground: numpy.ndarray, width: typing.SupportsInt | typing.SupportsIndex, focal_px: typing.SupportsFloat | typing.SupportsIndex, noise_m: typing.SupportsFloat | typing.SupportsIndex, distance: typing.Any = None) -> numpy.ndarray:
-    """
-    Posteriors (N,) float32 of pixels, smoothed over the image; distance: from the surface, or None.
-    """
 def span_is_wide(depth_m: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> bool:
     ...
 def spline_values(first: numpy.ndarray, weights: numpy.ndarray, coefficients: numpy.ndarray, count: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float64]:
     """
     (count, n, S) values of the first components of (size, C, S) coefficients.
     """
-def standing_regions(depth: numpy.ndarray, camera: Camera, rays: typing.Any, size_m: typing.SupportsFloat | typing.SupportsIndex) -> tuple:
-    ...
 def surface_noise(depth: numpy.ndarray, given: typing.Any, camera: Camera, expected: numpy.ndarray, normals: numpy.ndarray) -> ImageNoise:
     ...
 def surface_samples(values: numpy.ndarray, voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], count: typing.SupportsInt | typing.SupportsIndex) -> tuple:
@@ -2247,10 +2067,6 @@ def thread_count(requested: typing.SupportsInt | typing.SupportsIndex = 0) -> in
     """
 def too_small_radius_px(mask: numpy.ndarray) -> float:
     ...
-def winding_numbers(vertices: numpy.ndarray, faces: numpy.ndarray, shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.int8]:
-    """
-    Winding number of a closed mesh at every voxel, int8 [z, y, x].
-    """
 def without_lattice(depth_m: numpy.ndarray) -> numpy.ndarray:
     """
     The depth with the holes of a registration filled; the same array without such holes.

@@ -58,6 +58,7 @@ class TrackerOptions(_core.TrackerOptions):
             union_sharpness=2.0,
             coarse_union_sharpness=2.0,
             color_likelihood="printed",
+            color_learning="printed",
             color_prior=0.5,
             smooth_colors=False,
         )

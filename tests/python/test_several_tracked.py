@@ -149,3 +149,78 @@ def test_a_recording_without_noise_takes_no_more_work_than_one_with_it():
         return sum(step.pixels for r in results for steps in r.steps for step in steps)
 
     assert work(0.0) < 2 * work(0.001)
+
+
+def cup(radius_m=0.04, wall_m=0.004, half_m=0.05, voxel_m=0.002):
+    """A cup whose axis is z, open at the top; analytic."""
+    at = voxel_m * (np.arange(70) - 34.5)
+    z, y, x = np.meshgrid(at, at, at, indexing="ij")
+
+    def cylinder(radius, low, high):
+        q = np.stack([np.hypot(x, y) - radius, abs(z - (low + high) / 2) - (high - low) / 2], -1)
+        return np.minimum(q.max(-1), 0) + np.linalg.norm(np.maximum(q, 0), axis=-1)
+
+    inside = cylinder(radius_m - wall_m, wall_m - half_m, half_m + 0.05)
+    values = np.maximum(cylinder(radius_m, -half_m, half_m), -inside).astype(np.float32)
+    return st.SDF(values, voxel_m, origin=(at[0],) * 3)
+
+
+def ball(radius_m, voxel_m=0.002):
+    at = voxel_m * (np.arange(41) - 20)
+    z, y, x = np.meshgrid(at, at, at, indexing="ij")
+    values = (np.sqrt(x**2 + y**2 + z**2) - radius_m).astype(np.float32)
+    return st.SDF(values, voxel_m, origin=(at[0],) * 3)
+
+
+BALL_M, PLAY_M = 0.029, 0.007
+IN_CUP = geometry.pose([0, 0, 0], [0, 0, 0.004 - 0.05 + BALL_M])  # on the bottom
+
+
+def carried(frames, **options):
+    """Results and truth of a ball in a cup (Fig. 5.10), never seen itself: the cup moves, turns and tilts."""
+    vessel, inside = cup(), ball(BALL_M)
+    mesh = vessel.to_mesh()
+    tracker = st.Tracker([vessel, inside], CAMERA, **options)
+    for i in range(frames):
+        T = geometry.pose([np.pi / 2, 0, 0], [0.004 * i - 0.05, 0.002 * i, 0.6]) @ geometry.pose(
+            [0, 0.003 * i, 0.01 * i], [0, 0, 0]
+        )
+        seen = mesh.raycast(CAMERA, T)[0]
+        noise = np.random.default_rng(i).normal(0, 0.001, seen.shape)
+        frame = st.Frame((np.where(seen > 0, seen, WALL_M) + noise).astype(np.float32), timestamp=i / 30)
+        truth = np.array([T, T @ IN_CUP])
+        yield (tracker.track(frame) if i else tracker.start(frame, poses=truth)), truth
+
+
+@pytest.mark.parametrize("collision", ["contact", "printed"])
+def test_a_ball_that_is_carried_in_a_cup_is_placed_in_it_although_it_is_never_seen(collision):
+    for result, truth in carried(20, collision=collision):
+        assert result.status[0] in ("ok", "weak")  # nothing shows its turn about its axis
+        assert result.status[1] == "weak"
+        assert "neighbouring" in result.reason[1]
+        assert np.linalg.norm(result.poses[1][:3, 3] - truth[1][:3, 3]) < 0.002  # measured 0.5 and 1.1 mm
+        across_m, up_m, along_m = np.sqrt(np.diag(result.covariances[1])[:3])
+        for sd_m in (across_m, along_m):
+            assert 0.5 * PLAY_M / np.sqrt(3) < sd_m < PLAY_M + 0.001  # an even distribution over the play
+        assert (
+            0.028 < up_m < 0.062
+        )  # nothing bounds it there: an even 52 mm, and twice that after some frames
+
+
+def test_carried_frames_limit_how_long_an_object_is_placed_by_others():
+    said = [result.status[1] for result, _ in carried(6, carried_frames=3, recover=False)]
+    assert said == ["weak"] * 3 + ["lost"] * 3
+
+
+def test_what_stands_beside_another_is_not_held_by_it(box):
+    """A neighbour on one side bounds one direction: the hidden object is lost after five frames."""
+    tracker = st.Tracker([box, box], CAMERA, recover=False)
+    truth = np.stack([POSE, beside(0.003)])
+    tracker.start(both(truth), poses=truth)
+    said = []
+    for i in range(1, 8):
+        first, second = depth_of(truth[0], seed=i), depth_of(truth[1], seed=50 + i)
+        depth = np.where(second < first, np.float32(0.35), first)  # a board before all that it shows
+        said.append(tracker.track(st.Frame(depth)).status[1])
+    assert said[:5] == ["weak"] * 5
+    assert said[5:] == ["lost"] * 2

@@ -2,6 +2,7 @@
 """Tracking by depth and colour: what colour brings, when it is used, and what is refused."""
 
 import logging
+from statistics import NormalDist
 
 import numpy as np
 import pytest
@@ -78,6 +79,39 @@ def test_both_likelihoods_follow_the_object(box, likelihood):
         assert result.ok
         assert metres < CLOSE_M
         assert radians < CLOSE_RAD
+
+
+def test_the_printed_likelihood_moves_the_pose_away_from_the_camera(box):
+    """Measurements in front of the surface count less than those behind it: with alike colours, much less."""
+    away_m = {}
+    for likelihood in ("odds", "printed"):
+        tracker = st.Tracker(box, CAMERA, mode="rgbd", color_likelihood=likelihood, noise_m=0.00316)
+        poses = []
+        for i in range(8):
+            image = picture(POSE, (120, 90, 80), (100, 105, 95), seed=i, noise=20)
+            frame = st.Frame(depth_of(POSE, seed=i, noise_m=0.00316), image, timestamp=i / 30)
+            poses.append((tracker.track(frame) if i else tracker.start(frame, poses=POSE)).pose)
+        away_m[likelihood] = np.mean([T[2, 3] - POSE[2, 3] for T in poses[1:]])
+    assert abs(away_m["odds"]) < 0.0001
+    assert 0.0002 < away_m["printed"] < 0.0006  # measured 0.0004
+
+
+def plane_costs(away_mm, share, s_mm=2.0):
+    """Mean of -log L of a plane seen with noise of 1 mm that is put `away_mm` too far, and log eta to be added."""
+    noise_mm = NormalDist().inv_cdf
+    phi = away_mm - np.array([noise_mm((i + 0.5) / 20000) for i in range(20000)])
+    on = np.cosh(phi / (2 * s_mm)) ** -2.0
+    off = np.where(phi >= 0, 1 - on, 0)
+    return -np.log(share * on + (1 - share) * off).mean(), np.log((on + off).mean())
+
+
+def test_the_normaliser_that_the_thesis_drops_depends_on_the_pose():
+    """eta of Eqs. 4.14 and 5.12 is not constant: with it the bias of the printed form points the other way."""
+    away_mm = np.arange(-1.5, 1.5, 0.01)
+    printed, log_eta = np.array([plane_costs(z, 0.75) for z in away_mm]).T
+    assert np.ptp(log_eta) > 0.1
+    assert away_mm[np.argmin(printed)] == pytest.approx(0.18, abs=0.015)
+    assert away_mm[np.argmin(printed + log_eta)] == pytest.approx(-0.80, abs=0.015)
 
 
 def test_auto_falls_back_to_depth_where_colours_say_nothing_and_says_so(box, caplog):

@@ -97,12 +97,18 @@ def hides(field: Field, p_cam: Array, phi: float, voxel_size: float) -> bool:
 
 
 def count_colors(
-    depth: Array, color: Array, K: Array, field: Field, voxel_size: float, region: tuple[int, int, int, int]
+    depth: Array,
+    color: Array,
+    K: Array,
+    field: Field,
+    voxel_size: float,
+    region: tuple[int, int, int, int],
+    plain: bool = False,
 ) -> tuple[Array, Array, Array]:
     """Counts per bin on the surface, clearly off it and in front, of an aligned pair, over pixels (x0, y0, x1, y1).
 
     On the surface: |phi| within three voxels, no depth step beside; off it: phi above nine; in front: phi above 4.5,
-    and the surface behind it on its ray, within 60 mm.
+    and the surface behind it on its ray, within 60 mm. `plain`: on the surface or farther (thesis, section 4.4.3).
     """
     fx, fy, cx, cy = K
     on, off, front = np.zeros(BINS**3), np.zeros(BINS**3), np.zeros(BINS**3)
@@ -114,6 +120,10 @@ def count_colors(
                 continue
             p_cam = z * np.array([(u - cx) / fx, (v - cy) / fy, 1])
             phi = field.row(p_cam).phi
+            if plain:
+                if phi >= -band:
+                    (on if phi <= band else off)[color_bin(color[v, u])] += 1
+                continue
             if abs(phi) <= band and not near_a_step(depth, u, v):
                 on[color_bin(color[v, u])] += 1
             elif phi > OFF_BANDS * band:

@@ -81,8 +81,8 @@ def _ellipsoid(p: Array, a: Array) -> float:
     return float(sign * np.linalg.norm(p - nearest))
 
 
-def printed_distance(kind: str, size: dict[str, float], points: Array, step: float = 1e-6) -> Array:
-    """The thesis' form (thesis Eq. 3.27): a unit solid under S = diag(s), over |S^-1 grad phi_u|, by differences."""
+def printed_field(kind: str, size: dict[str, float], points: Array) -> Array:
+    """The thesis' form (Eq. 3.27): the field of a unit solid, of points (N, 3) under the inverse of S = diag(s)."""
     scale = {
         "sphere": lambda s: [s["radius"]] * 3,
         "box": lambda s: [s["x"], s["y"], s["z"]],
@@ -96,9 +96,4 @@ def printed_distance(kind: str, size: dict[str, float], points: Array, step: flo
         ),
         1.0,
     )
-    S = np.array(scale)
-    y = points / S
-    axes = np.eye(3) * step
-    slopes = [distance(unit_kind, unit, y + a) - distance(unit_kind, unit, y - a) for a in axes]
-    gradient = np.column_stack(slopes) / (2 * step)
-    return np.asarray(distance(unit_kind, unit, y) / np.linalg.norm(gradient / S, axis=1))
+    return distance(unit_kind, unit, points / np.array(scale))

@@ -15,6 +15,7 @@ inline constexpr Choice<energies::Curvature> kCurvatures[] = {{energies::Curvatu
 inline constexpr Choice<energies::ColorLikelihood> kColorLikelihoods[] = {
     {energies::ColorLikelihood::kOdds, "odds"}, {energies::ColorLikelihood::kPrinted, "printed"}};
 
+inline constexpr Choice<bool> kColorLearning[] = {{false, "guarded"}, {true, "printed"}};
 inline constexpr Choice<bool> kStopRules[] = {{false, "gain"}, {true, "printed"}};
 
 // Beyond it a length, a weight or a count is a mistake.
@@ -56,10 +57,12 @@ void visit_options(Options& o, Visit& f) {
   f("motion_sigma_m", o.motion_sigma_m, kNonNegative, "m", "standard deviation of the weak prior on the translation, centred at the predicted pose; 0: no prior");
   f("motion_sigma_rad", o.motion_sigma_rad, kNonNegative, "rad", "standard deviation of the same prior on the rotation");
   f("drop_plane", o.drop_plane, kTrueOrFalse, "", "ignore the pixels of the dominant plane (a table)");
+  f("carried_frames", o.carried_frames, kNonNegative, "frames", "an object without measurements of its own is placed by its neighbours for at most this many frames; 0: for 5, and as long as tracked neighbours hold it");
   f("collision_tolerance_m", o.collision_tolerance_m, kPositive, "m", "standard deviation of the penetration depth between objects");
   f("union_sharpness", o.union_sharpness, kPositive, "", "sharpness of the soft minimum over several objects, per voxel, in the last stages");
   f("coarse_union_sharpness", o.coarse_union_sharpness, kPositive, "", "sharpness of the soft minimum in the coarse stages; 2 in the thesis (section 5.2)");
   f("color_likelihood", o.color_likelihood, Choices<energies::ColorLikelihood>(kColorLikelihoods), "", "odds: the colour sets each pixel's outlier fraction; printed: P_f d_on + P_b H_out (Eq. 4.18)");
+  f("color_learning", o.color_learning_printed, Choices<bool>(kColorLearning), "", "guarded: pixels are weighted by their colour, and colours of what stands in front are removed; printed: all within 3 voxels of the surface (Eq. 4.22)");
   f("color_prior", o.color_prior, above(0).below(1), "", "foreground posterior of an uninformative colour");
   f("smooth_colors", o.smooth_colors, kTrueOrFalse, "", "combine the colour evidence of a pixel with that of its neighbours on the same surface");
   f("color_free_space", o.color_free_space, kTrueOrFalse, "", "treat a pixel without depth but with background colour as free space");

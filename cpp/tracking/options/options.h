@@ -12,7 +12,7 @@ enum class Collision {
   // not depend on the order of the objects.
   kContact,
   // -log(1/K sum_k H_out(Phi_before(C_mk))) of the union of the objects before m (thesis Eqs. 5.24, 5.25):
-  // flat, and so without a pull, where a point is inside.
+  // flat where a point is inside, so that only the points around the overlap pull, hardly against data.
   kPrinted,
 };
 
@@ -56,12 +56,14 @@ struct TrackerOptions {
   double motion_sigma_rad = 0.3;
   bool drop_plane = false;  // leave out pixels of the dominant plane
   // Several objects (docs/math/several_objects.md)
+  int carried_frames = 0;  // of an object without measurements; 0: as long as a tracked neighbour holds it
   double collision_tolerance_m = 3e-5;  // sd of the penetration depth between objects
   double union_sharpness = 40;          // of the soft minimum, per voxel, in the last stages;
   double coarse_union_sharpness = 2;    // in the coarse stages; the thesis uses it throughout
   // Colour (docs/math/color.md)
   energies::ColorLikelihood color_likelihood = energies::ColorLikelihood::kOdds;
-  double color_prior = 0.7;        // P_f of an uninformative colour
+  bool color_learning_printed = false;  // all pixels near the surface, whatever stands in front
+  double color_prior = 0.7;             // P_f of an uninformative colour
   bool smooth_colors = true;       // the measurements around a pixel also contribute to its colour evidence
   bool color_free_space = false;   // a pixel without depth but with background colour is free space
   double color_max_overlap = 0.9;  // sum sqrt(p_f p_b) beyond which the colours are not used

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace sdftrack::tracking {
 
@@ -12,6 +13,9 @@ using Bounds = CollisionEnergy::Bounds;
 
 constexpr double kMinPixels = 40;   // least weight of a hardly visible object: it gives way
 constexpr double kMinShare = 1e-6;  // of the printed form's points outside: keeps its logarithm finite
+// At 16 s from the surface 1 - H_out is 5e-7, and an object that is 16 / a farther than another changes their
+// union by 1e-7 / a.
+constexpr double kPrintedReach = 16;
 
 // Whether a point is within reach_m of the box of an object.
 bool near_box(const frame::Shape& shape, Vec3d p_obj, double reach_m) {
@@ -59,6 +63,12 @@ void CollisionEnergy::prepare(const std::vector<const frame::Shape*>& shapes, co
   points_.clear(), near_.clear();
   stride_ = stride;
   if (options_.kind == Collision::kNone) return;
+  if (options_.kind == Collision::kPrinted) {
+    float voxel_m = std::numeric_limits<float>::max();
+    for (const frame::Shape* shape : shapes) voxel_m = std::min(voxel_m, shape->sdf.voxel_m);
+    sharpness_per_m_ = options_.sharpness / double(voxel_m);
+    reach_m += kPrintedReach * (options_.scale_m + 1 / sharpness_per_m_);
+  }
   const int count = int(shapes.size());
   for (int m = 0; m < count; ++m) {
     const frame::Shape& shape = *shapes[m];
@@ -136,27 +146,50 @@ double CollisionEnergy::add_contact(optim::NormalEquations* out) const {
   return cost;
 }
 
+// The soft minimum of the fields of the objects in which a point may lie (thesis Eq. 5.14), and each of them.
+double CollisionEnergy::union_at(const energies::ContactPoint& point,
+                                 std::vector<energies::Contact>* members) const {
+  members->clear();
+  double least_m = std::numeric_limits<double>::infinity(), sum = 0;
+  for (int k = 0; k < point.count; ++k) {
+    energies::Contact c;
+    c.pair = near_[point.first + k];
+    sample(shapes_[pairs_[c.pair].other]->sdf, T_other_object_[c.pair] * point.p_obj.cast<double>(), &c.phi_m,
+           &c.grad_other);
+    least_m = std::min(least_m, c.phi_m);
+    members->push_back(c);
+  }
+  for (const energies::Contact& c : *members) sum += std::exp(sharpness_per_m_ * (least_m - c.phi_m));
+  return least_m - std::log(sum) / sharpness_per_m_;
+}
+
 double CollisionEnergy::add_printed(optim::NormalEquations* out) const {
   std::vector<double> inside(shapes_.size(), 0);  // sum of 1 - H_out
   std::vector<Eigen::VectorXd> slopes;            // of `inside`
   if (out) slopes.assign(shapes_.size(), Eigen::VectorXd::Zero(out->gradient.size()));
-  each_contact([&](const energies::ContactPoint& point, const energies::Contact& c) {
-    const energies::ContactPair& pair = pairs_[c.pair];
-    const auto m = std::size_t(pair.object);
-    const double t = std::tanh(std::max(0.0, c.phi_m) / (2 * options_.scale_m)), sech2 = 1 - t * t;
+  std::vector<energies::Contact> members;
+  for (const energies::ContactPoint& point : points_) {
+    const auto m = std::size_t(pairs_[near_[point.first]].object);
+    const double phi_m = union_at(point, &members),
+                 t = std::tanh(std::max(0.0, phi_m) / (2 * options_.scale_m));
+    const double sech2 = 1 - t * t;
     inside[m] += sech2;
-    if (!out || !(c.phi_m > 0)) return;
-    double own[6], other[6];
-    energies::contact_rows(T_other_object_[c.pair], point.p_obj, c.grad_other, own, other);
-    const double slope = -sech2 * t / options_.scale_m;
-    for (int i = 0; i < 6; ++i) {
-      slopes[m][6 * pair.object + i] += slope * own[i];
-      slopes[m][6 * pair.other + i] += slope * other[i];
+    if (!out || !(phi_m > 0)) continue;
+    for (const energies::Contact& c : members) {
+      const energies::ContactPair& pair = pairs_[c.pair];
+      double own[6], other[6];
+      energies::contact_rows(T_other_object_[c.pair], point.p_obj, c.grad_other, own, other);
+      const double membership = std::exp(sharpness_per_m_ * (phi_m - c.phi_m));  // thesis Eq. 5.21
+      const double slope = -sech2 * t / options_.scale_m * membership;
+      for (int i = 0; i < 6; ++i) {
+        slopes[m][6 * pair.object + i] += slope * own[i];
+        slopes[m][6 * pair.other + i] += slope * other[i];
+      }
     }
-  });
+  }
   double cost = 0;
   for (std::size_t m = 0; m < shapes_.size(); ++m) {
-    const double points = double(shapes_[m]->contact.size()) / stride_;
+    const double points = std::ceil(double(shapes_[m]->contact.size()) / stride_);
     const double share = std::max(kMinShare, 1 - inside[m] / points);
     cost -= std::log(share);
     if (!out) continue;

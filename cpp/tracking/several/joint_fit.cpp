@@ -18,6 +18,8 @@ constexpr double kCoarseMargin_m = 0.03, kFineMargin_m = 0.008;
 constexpr int kStepsPerSingle = 2;          // trials of a coarse stage over those of one object alone
 constexpr double kMinGainInContact = 0.02;  // a fifth of a standard deviation
 constexpr double kEverywhere_m = 1;         // reach of the coarse stages
+constexpr double kUnseen_m = 0.03,
+                 kUnseen_rad = 0.3;  // sd of the motion of what has no pixels, if none is stated
 
 }  // namespace
 
@@ -101,6 +103,8 @@ void JointFitter::fit_fine(optim::State* x) {
   energies::SdfEnergyOptions energy = views_.front()->energy_options();
   energy.sharpness = float(options_.union_sharpness);
   energy.threads = threads_;
+  const double last_reach_m =
+      options_.scale_start_m > 0 ? 0.003 : options_.padding_m;  // no coarse stage before
   for (int round = memory_.noise_known || !options_.adapt_noise ? 1 : 0; round < 2; ++round) {
     energy.scale_m = float(last_scale());
     // An outline may move the pose far, into another object: the first stage has a longer contact reach.
@@ -108,7 +112,7 @@ void JointFitter::fit_fine(optim::State* x) {
       part_.assign_share(all_, std::min(1.0, coarse_count() / std::max(1, all_.count())));
       run_stage(&part_, energy, {fine_steps(options_), 0.02, 2, false, true}, x);
     }
-    run_stage(&all_, energy, {fine_steps(options_), 0.003, 1, true, true}, x);
+    run_stage(&all_, energy, {fine_steps(options_), last_reach_m, 1, true, true}, x);
     measure(*x, round == 1);
   }
 }
@@ -174,13 +178,24 @@ void JointFitter::make_terms(const JointPixels& pixels, const optim::State& x, c
       group_.add(&outlines_.back(), weight, &m, 1);
       beside.lines = outlines_.back().on_device(), beside.lines_weight = weight;
     }
-    priors_.emplace_back(optim::Unknowns{1, false, false}, 0, inverse(target.expected), target.prior);
-    if (target.prior.diagonal().maxCoeff() > 0) {
+    const Matrix6d prior = prior_of(i, own.count());
+    priors_.emplace_back(optim::Unknowns{1, false, false}, 0, inverse(target.expected), prior);
+    if (prior.diagonal().maxCoeff() > 0) {
       group_.add(&priors_.back(), 1, &m, 1);
       beside.prior = priors_.back().term();
     }
     if (m < energies::kMaxJoined) task_.beside[m] = beside;
   }
+}
+
+// Without a prior and without measurements nothing would keep an object where it is.
+Matrix6d JointFitter::prior_of(std::size_t m, int pixels) const {
+  Matrix6d prior = (*targets_)[m].prior;
+  if (pixels >= kMinFitPixels) return prior;
+  const Matrix6d weak = optim::PosePrior::isotropic(kUnseen_m, kUnseen_rad);
+  for (int i = 0; i < 6; ++i)
+    if (!(prior(i, i) > 0)) prior(i, i) = weak(i, i);
+  return prior;
 }
 
 // Changing colours are not sent.
@@ -225,6 +240,7 @@ void JointFitter::run_stage(JointPixels* pixels, const energies::SdfEnergyOption
     for (const auto& part : *pixels) group_.add(&energies_[k++], 1, part->of.data(), part->objects);
   }
   make_terms(*pixels, *x, stage);
+  collision_.set_printed(energy.scale_m, energy.sharpness);
   if (contact_reach_m_ != stage.contact_reach_m || stage.all) {
     collision_.prepare(shapes_, pixels->counts(), *x, stage.contact_reach_m, stage.contact_stride);
     contact_reach_m_ = stage.contact_reach_m;
@@ -237,7 +253,8 @@ void JointFitter::run_stage(JointPixels* pixels, const energies::SdfEnergyOption
   lm_result_.x = *x;
   optim::LmOptions lm = stage_lm(options_, stage.steps, memory_.noise_known, stage.all);
   // A hinge bends where it begins: every step is evaluated, the last ones across its edge.
-  if (!collision_.empty()) lm.sure_gain = 0, lm.cost_gain = std::max(lm.cost_gain, kMinGainInContact);
+  if (!collision_.empty() && !options_.stop_printed)
+    lm.sure_gain = 0, lm.cost_gain = std::max(lm.cost_gain, kMinGainInContact);
   if (on_device)
     minimize_on_device(pixels, energy, lm);
   else
@@ -268,7 +285,7 @@ void JointFitter::measure_one(std::size_t m, const optim::State& x, bool last) {
   out_[m].hidden = view.candidates() == 0 || view.pixels().count() < kMinFitPixels;
   if (out_[m].hidden) {
     // Of what determines a hidden object's pose only the prior is its own information.
-    const Matrix6d prior = target.prior + 1e-9 * Matrix6d::Identity();
+    const Matrix6d prior = prior_of(m, 0) + 1e-9 * Matrix6d::Identity();
     fitted.covariance = camera_covariance(prior.inverse(), fitted.T_cam_obj, -target.shape.centre_obj);
     fitted.cost = 0, fitted.centre_sd = std::numeric_limits<double>::infinity();
     return;

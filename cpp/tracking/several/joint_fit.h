@@ -20,6 +20,7 @@ struct JointFitted {
   Fitted fitted;
   int inside = -1;      // the tracker's object in which this one ended up; -1: none
   bool hidden = false;  // too few measurements are its own: placed by the others, its motion and the prior
+  bool held = false;    // of a hidden one: the others bound its motion, see play.h
 };
 
 class JointFitter {
@@ -59,6 +60,7 @@ class JointFitter {
   void settle(JointPixels* pixels, const energies::SdfEnergyOptions& energy, const optim::State& x);
   void measure(const optim::State& x, bool last);
   void measure_one(std::size_t m, const optim::State& x, bool last);
+  Matrix6d prior_of(std::size_t m, int pixels) const;
   double cost_of(std::size_t m, energies::SdfEnergy* data);
   void examine(const optim::State& x);
   void make_terms(const JointPixels& pixels, const optim::State& x, const Stage& stage);

@@ -127,7 +127,7 @@ bool hides(const energies::SingleObject<float>& field, Vec3f p_cam, float phi, f
 
 void count_colors(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                   const Rigidd& T_cam_obj, double padding_m, int budget, const appearance::ColorModel& known,
-                  ColorReader* reader, appearance::ColorCounts* counts, const Neighbors& others) {
+                  ColorReader* reader, appearance::ColorCounts* counts, const Neighbors& others, bool plain) {
   counts->clear();
   const frame::Rect region = frame::projected_box(camera, shape, T_cam_obj, padding_m);
   if (region.empty()) return;
@@ -135,7 +135,7 @@ void count_colors(const frame::DepthFrame& frame, const Camera& camera, const fr
   const Intrinsics<float> K = camera.K.cast<float>();
   const frame::IdealPixel ideal{frame, K, camera.width};
   const energies::SingleObject<float> field = field_of(shape, T_cam_obj);
-  const float band = kBandVoxels * shape.sdf.voxel_m;
+  const float band = kBandVoxels * shape.sdf.voxel_m, off = plain ? band : kOffBands * band;
   const int step = stride_for(region, budget);
   for (int y = region.y0; y < region.y1; y += step)
     for (int x = region.x0; x < region.x1; x += step) {
@@ -149,16 +149,16 @@ void count_colors(const frame::DepthFrame& frame, const Camera& camera, const fr
       const bool on = std::abs(phi) <= band;
       // At guessed parts of a shape there is the object or a hand.
       if (on && shape.seen.amount && !shape.seen.below(shape.sdf, field.T_obj_cam * p_cam)) continue;
-      const bool in_front = phi > kFrontBands * band && hides(field, p_cam, phi, shape.sdf.voxel_m);
-      if (on ? near_a_step(frame.depth_m, x, y) : !in_front && !(phi > kOffBands * band)) continue;
-      if (!on && on_one_of(others, p_cam.cast<double>(), double(kOffBands * band))) continue;
+      const bool in_front = !plain && phi > kFrontBands * band && hides(field, p_cam, phi, shape.sdf.voxel_m);
+      if (on ? !plain && near_a_step(frame.depth_m, x, y) : !in_front && !(phi > off)) continue;
+      if (!on && on_one_of(others, p_cam.cast<double>(), double(off))) continue;
       const int bin = reader->bin(y * camera.width + x, u, z);
       if (bin < 0) continue;
       if (on) {
-        counts->add_object(bin, known.weight(bin));
+        counts->add_object(bin, plain ? 1 : known.weight(bin));
         continue;
       }
-      if (phi > kOffBands * band) counts->add_background(bin);
+      if (phi > off) counts->add_background(bin);
       if (in_front) counts->add_front(bin);
     }
 }

@@ -51,10 +51,12 @@ void fetch_foreground(const appearance::ColorModel& model, const ColorReader& re
 
 // Colours at a pose. The object's are those of measurements on the surface, away from depth steps, weighted
 // by what is known so far. The background's are those of measurements clearly off it and off the other
-// objects, around it and in front. Visits about `budget` pixels, evenly.
+// objects, around it and in front. Visits about `budget` pixels, evenly. `plain`: the object's are all within
+// three voxels of the surface, with a weight of 1, and the background's all that are farther (thesis, 4.4.3).
 void count_colors(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
                   const Rigidd& T_cam_obj, double padding_m, int budget, const appearance::ColorModel& known,
-                  ColorReader* reader, appearance::ColorCounts* counts, const Neighbors& others = {});
+                  ColorReader* reader, appearance::ColorCounts* counts, const Neighbors& others = {},
+                  bool plain = false);
 
 // Colours in and around a mask (0: not the object): the object's inside, the background's in a ring as wide
 // as 30 % of its box. std::invalid_argument for an empty mask, or one without a coloured measurement.

@@ -2,6 +2,7 @@
 #include "tracking/trust/neighbors.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace sdftrack::tracking {
 
@@ -15,17 +16,24 @@ bool on_one_of(const Neighbors& others, Vec3d p_cam, double tolerance_m) {
   return false;
 }
 
-double depth_in(const Neighbors& others, const frame::Shape& shape, const Rigidd& T_cam_obj) {
-  float deepest = 0;
+double gap_between(const energies::SingleObject<float>& other, const frame::Shape& shape,
+                   const Rigidd& T_cam_obj) {
+  float least = std::numeric_limits<float>::max();
   const Rigidf T = T_cam_obj.cast<float>();
+  for (const Vec3f& p : shape.points) {
+    float phi;
+    Vec3f unused;
+    other.value(T * p, &phi, &unused);
+    least = std::min(least, phi);
+  }
+  return double(least);
+}
+
+double depth_in(const Neighbors& others, const frame::Shape& shape, const Rigidd& T_cam_obj) {
+  double deepest = 0;
   for (const energies::SingleObject<float>& other : others)
-    for (const Vec3f& p : shape.points) {
-      float phi;
-      Vec3f unused;
-      other.value(T * p, &phi, &unused);
-      deepest = std::max(deepest, -phi);
-    }
-  return double(deepest);
+    deepest = std::max(deepest, -gap_between(other, shape, T_cam_obj));
+  return deepest;
 }
 
 bool middle_in(const energies::SingleObject<float>& other, const frame::Shape& shape,

@@ -18,6 +18,9 @@ inline energies::SingleObject<float> field_of(const frame::Shape& shape, const R
 bool on_one_of(const Neighbors& others, Vec3d p_cam, double tolerance_m);
 // Penetration of the deepest of a shape's points into one of them; 0: outside all.
 double depth_in(const Neighbors& others, const frame::Shape& shape, const Rigidd& T_cam_obj);
+// The least field of another object at a shape's points: the gap between them.
+double gap_between(const energies::SingleObject<float>& other, const frame::Shape& shape,
+                   const Rigidd& T_cam_obj);
 // Whether its middle lies deep in another object: the two are in one place.
 bool middle_in(const energies::SingleObject<float>& other, const frame::Shape& shape,
                const Rigidd& T_cam_obj);

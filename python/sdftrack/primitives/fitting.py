@@ -64,8 +64,8 @@ def fit_primitive(
     seed : int
         Seed of the guesses; the same seed gives the same bits.
     scaling : {"exact", "printed"}
-        Exact distance to the solid, or the form of the thesis: a unit solid scaled along its axes, with a first-order
-        corrected field (Eq. 3.27).
+        Exact distance to the solid, or the form of the thesis (Eq. 3.27): the field of a unit solid at the measured
+        points, scaled along its axes.
     plane : "auto", None or (n, d)
         The table ``n . p + d = 0`` (m, camera frame, n towards the camera) on which the object may stand and which it
         cannot penetrate: searched, none, or given.

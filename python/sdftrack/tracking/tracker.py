@@ -95,7 +95,7 @@ class Tracker:
         without colours). Costs a few milliseconds.
     collision : {"contact", "printed", None}
         Constraint against interpenetration of touching objects: a penalty on the penetration depth, the form of the
-        thesis (Eq. 5.25), which cannot separate objects that already overlap, or none.
+        thesis (Eq. 5.25), which hardly separates objects that overlap against their measurements, or none.
     symmetry : Symmetry, or a sequence with one or None per shape, optional
         Symmetries of the shapes. Equivalent poses are not reported as ambiguous, and results contain the equivalent
         pose nearest to the object's last pose (at a start: to the given pose, else to the camera's axes). They are
