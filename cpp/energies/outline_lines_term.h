@@ -17,7 +17,7 @@ constexpr int kOffsetSteps = 20;
 
 // A Newton step for the common offset. Its curvature is at least two thirds of that of the reweighted
 // squares: their own step always lowers the cost, and so does one that is less than twice as long; twice can
-// jump to and fro.
+// jump there and back.
 struct CommonOffset {
   double slope, steep, curved;
 
