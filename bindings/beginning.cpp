@@ -148,8 +148,7 @@ void bind_beginning(py::module_& m) {
   m.def("find_object", &find_object, "depth"_a, "given"_a, "place"_a, "camera"_a, "initial"_a, "options"_a,
         "The object of a first frame at a mask, a box, or a pose of the initial shape.");
   m.def("find_standing", &find_standing, "depth"_a, "given"_a, "T_cam_obj"_a, "camera"_a, "shape"_a,
-        "options"_a,
-        "The same at the pose of a shape, with the planes that it stands on.");
+        "options"_a, "The same at the pose of a shape, with the planes that it stands on.");
 }
 
 }  // namespace sdftrack::bindings
