@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "tracking/play.h"
+#include "tracking/several/play.h"
 
 namespace sdftrack::tracking {
 

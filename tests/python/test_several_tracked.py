@@ -6,6 +6,8 @@ import pytest
 from tracking_scene import CAMERA, SIZE_M, WALL_M, depth_of
 
 import sdftrack as st
+from experiments.synth.cup import CAMERA as CUP_CAMERA
+from experiments.synth.cup import PLAY_M, carried
 from reference.energies import SoftMin
 from sdftrack import geometry
 from sdftrack.metrics import pose_error
@@ -151,50 +153,17 @@ def test_a_recording_without_noise_takes_no_more_work_than_one_with_it():
     assert work(0.0) < 2 * work(0.001)
 
 
-def cup(radius_m=0.04, wall_m=0.004, half_m=0.05, voxel_m=0.002):
-    """A cup whose axis is z, open at the top; analytic."""
-    at = voxel_m * (np.arange(70) - 34.5)
-    z, y, x = np.meshgrid(at, at, at, indexing="ij")
-
-    def cylinder(radius, low, high):
-        q = np.stack([np.hypot(x, y) - radius, abs(z - (low + high) / 2) - (high - low) / 2], -1)
-        return np.minimum(q.max(-1), 0) + np.linalg.norm(np.maximum(q, 0), axis=-1)
-
-    inside = cylinder(radius_m - wall_m, wall_m - half_m, half_m + 0.05)
-    values = np.maximum(cylinder(radius_m, -half_m, half_m), -inside).astype(np.float32)
-    return st.SDF(values, voxel_m, origin=(at[0],) * 3)
-
-
-def ball(radius_m, voxel_m=0.002):
-    at = voxel_m * (np.arange(41) - 20)
-    z, y, x = np.meshgrid(at, at, at, indexing="ij")
-    values = (np.sqrt(x**2 + y**2 + z**2) - radius_m).astype(np.float32)
-    return st.SDF(values, voxel_m, origin=(at[0],) * 3)
-
-
-BALL_M, PLAY_M = 0.029, 0.007
-IN_CUP = geometry.pose([0, 0, 0], [0, 0, 0.004 - 0.05 + BALL_M])  # on the bottom
-
-
-def carried(frames, **options):
+def carried_by(frames, **options):
     """Results and truth of a ball in a cup (Fig. 5.10), never seen itself: the cup moves, turns and tilts."""
-    vessel, inside = cup(), ball(BALL_M)
-    mesh = vessel.to_mesh()
-    tracker = st.Tracker([vessel, inside], CAMERA, **options)
-    for i in range(frames):
-        T = geometry.pose([np.pi / 2, 0, 0], [0.004 * i - 0.05, 0.002 * i, 0.6]) @ geometry.pose(
-            [0, 0.003 * i, 0.01 * i], [0, 0, 0]
-        )
-        seen = mesh.raycast(CAMERA, T)[0]
-        noise = np.random.default_rng(i).normal(0, 0.001, seen.shape)
-        frame = st.Frame((np.where(seen > 0, seen, WALL_M) + noise).astype(np.float32), timestamp=i / 30)
-        truth = np.array([T, T @ IN_CUP])
+    scene = carried(frames)
+    tracker = st.Tracker(list(scene.shapes), CUP_CAMERA, **options)
+    for i, (frame, truth) in enumerate(zip(scene.frames, scene.poses, strict=True)):
         yield (tracker.track(frame) if i else tracker.start(frame, poses=truth)), truth
 
 
 @pytest.mark.parametrize("collision", ["contact", "printed"])
 def test_a_ball_that_is_carried_in_a_cup_is_placed_in_it_although_it_is_never_seen(collision):
-    for result, truth in carried(20, collision=collision):
+    for result, truth in carried_by(20, collision=collision):
         assert result.status[0] in ("ok", "weak")  # nothing shows its turn about its axis
         assert result.status[1] == "weak"
         assert "neighbouring" in result.reason[1]
@@ -208,7 +177,7 @@ def test_a_ball_that_is_carried_in_a_cup_is_placed_in_it_although_it_is_never_se
 
 
 def test_carried_frames_limit_how_long_an_object_is_placed_by_others():
-    said = [result.status[1] for result, _ in carried(6, carried_frames=3, recover=False)]
+    said = [result.status[1] for result, _ in carried_by(6, carried_frames=3, recover=False)]
     assert said == ["weak"] * 3 + ["lost"] * 3
 
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "tracking/play.h"
+#include "tracking/several/play.h"
 
 #include <cmath>
 
