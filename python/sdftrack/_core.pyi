@@ -952,7 +952,7 @@ class MemoryOptions:
     @property
     def n_inputs(self) -> int:
         """
-        number of the highest harmonics that predict the others (printed); must be below n_harmonics
+        number of the highest harmonics that predict the others (printed, regressed); must be below n_harmonics
         """
     @property
     def order(self) -> str:
@@ -962,17 +962,17 @@ class MemoryOptions:
     @property
     def reach(self) -> float:
         """
-        distance metric of the receptive fields, D = reach / n_inputs; smaller values generalise farther (printed)
+        distance metric of the receptive fields, D = reach / n_inputs; smaller values generalise farther (printed, regressed)
         """
     @property
     def rule(self) -> str:
         """
-        how occluded parts are recovered: from stored silhouettes, or as printed (Table 6.3)
+        how occluded parts are recovered: from stored silhouettes, as printed (Table 6.3), or as printed but judged by the errors of silhouettes before they were learned
         """
     @property
     def settle(self) -> int:
         """
-        number of silhouettes that determine the scale of the inputs (printed)
+        number of silhouettes that determine the scale of the inputs (printed, regressed)
         """
     @property
     def size(self) -> int:
@@ -987,7 +987,7 @@ class MemoryOptions:
     @property
     def w_gen(self) -> float:
         """
-        a silhouette is unknown if its activation is below this (printed)
+        a silhouette is unknown if its activation is below this (printed, regressed)
         """
 class MeshCaster:
     """

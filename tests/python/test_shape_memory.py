@@ -82,6 +82,26 @@ def test_the_printed_rule_tells_shapes_that_it_has_learnt_from_hidden_ones(cat):
     assert found.average_precision > 0.85  # a guess has 0.67; measured 0.92
 
 
+def test_the_regressed_rule_expects_of_a_silhouette_the_errors_of_those_before_they_were_learned(cat):
+    """Its threshold is that of a twin that predicts each silhouette and then learns it. By it few new silhouettes of
+    the video are "occluded", by the printed one most."""
+    early, late = cat[:60], cat[60:120]
+    printed, regressed = (learnt(early, rule=rule) for rule in ("printed", "regressed"))
+    twin = st.contour.ShapeMemory(rule="regressed")
+    squares = []
+    for mask in early:
+        if len(squares) or twin.n_learnt >= 20:  # the scale of its inputs is known
+            found = twin.assess(mask)
+            squares.append(float(np.sum((found.coefficients - st.contour.harmonics(mask, 10)) ** 2)))
+        twin.learn(mask)
+    assert regressed.threshold == pytest.approx(np.sqrt(2 * np.mean(squares)), rel=1e-6)
+    said = [
+        [memory.judge(mask) for mask in late].count("occluded") / len(late) for memory in (printed, regressed)
+    ]
+    assert said[0] > 0.5
+    assert said[1] < 0.1
+
+
 def test_a_recovered_silhouette_agrees_with_its_own_coefficients(memory, bars):
     said = memory.assess(bars[4].seen)
     assert said.judgement == "occluded"

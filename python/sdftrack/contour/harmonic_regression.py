@@ -16,6 +16,9 @@ from sdftrack.contour.result import Assessment, Judgement
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 MIN_KNOWN = 0.5  # of the regressions; less is "novel" (Table 6.3: more than half of the units)
+MIN_JUDGED = (
+    5  # silhouettes that were predicted before they were learned; with fewer their error is not known
+)
 MIN_SCALE = 0.1  # an input that hardly varied is not divided by less than this share of the inputs' rms
 SET_BY_MEMORY = {
     "w_gen": "give ShapeMemory(w_gen=...) instead",
@@ -39,8 +42,10 @@ def checked_lwpr(given: Any, rule: str) -> dict[str, Any]:
         refuse_unknown(given, known)
     except TypeError as error:
         raise TypeError(f"lwpr: {error}") from None
-    if given and rule != "printed":
-        raise ValueError('lwpr: expected only with rule="printed"; the other rule has no regression')
+    if given and rule == "remembered":
+        raise ValueError(
+            'lwpr: expected only with rule="printed" or "regressed"; the other has no regression'
+        )
     return {name: plain(value) for name, value in given.items()}
 
 
@@ -63,6 +68,10 @@ class HarmonicRegression:
         self._high = harmonic_numbers(o.n_harmonics, self._order) > o.n_harmonics - o.n_inputs
         inputs = int(self._high.sum())
         self.learnt = 0
+        self._predicted, self._squares = (
+            0,
+            0.0,
+        )  # silhouettes before they were learned, squared errors of the model
         self._waiting: list[Array] = []
         self._scale: Array | None = None
         # A full metric of 51 inputs for 49 outputs would be learnt from 10^5 numbers per field: diagonal.
@@ -81,7 +90,10 @@ class HarmonicRegression:
                 self._model.update(first[:, self._high] / self._scale, first[:, ~self._high])
                 self._waiting = []
         else:
-            self._model.update(c[self._high] / self._scale, c[~self._high])
+            x = c[self._high] / self._scale
+            self._predicted += 1
+            self._squares += float(np.sum((self._model.predict(x) - c[~self._high]) ** 2))
+            self._model.update(x, c[~self._high])
         self.learnt += 1
 
     def assess(self, given: Mask, on_grid: Mask) -> Assessment:
@@ -105,21 +117,28 @@ class HarmonicRegression:
 
     @property
     def threshold(self) -> float:
-        """sqrt(2) times |e| of Table 6.3: root of the sum of squared training residuals of the low coefficients."""
-        return (
-            np.inf if self._scale is None else np.sqrt(2) * float(np.linalg.norm(self._model.training_error))
-        )
+        """sqrt(2) times |e| of Table 6.3: root of the sum of squared residuals of the low coefficients.
+
+        Printed: of what has been learned. In a video the next silhouette is a new one, whose error is much larger:
+        "regressed" takes those that each silhouette had before it was learned, as soon as there are `MIN_JUDGED`.
+        """
+        if self._scale is None:
+            return np.inf
+        if self._options.rule == "regressed" and self._predicted >= MIN_JUDGED:
+            return float(np.sqrt(2 * self._squares / self._predicted))
+        return np.sqrt(2) * float(np.linalg.norm(self._model.training_error))
 
     def state(self) -> dict[str, Any]:
         """The learned state, as numbers, arrays and bytes."""
         waiting = np.array(self._waiting).reshape(-1, len(self._high))
         scale = np.zeros(0) if self._scale is None else self._scale
         core = self._model.__getstate__()["core"]
-        counts = {"learnt": self.learnt, "calibrated": 0, "squares": 0.0}
+        counts = {"learnt": self.learnt, "calibrated": self._predicted, "squares": self._squares}
         return {**counts, "waiting": waiting, "scale": scale, "lwpr": core}
 
-    def restore(self, learnt: int, state: dict[str, Any]) -> None:
+    def restore(self, learnt: int, predicted: int, state: dict[str, Any]) -> None:
         """Restore what `state` returned."""
         self.learnt, self._waiting = learnt, list(state["waiting"])
+        self._predicted, self._squares = predicted, float(state["squares"])
         self._scale = state["scale"] if len(state["scale"]) else None
         self._model.__setstate__({**self._model.__getstate__(), "core": state["lwpr"]})

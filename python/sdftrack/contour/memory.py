@@ -20,7 +20,7 @@ from sdftrack.contour.harmonic_regression import HarmonicRegression, checked_lwp
 from sdftrack.contour.result import Assessment, Judgement
 
 Mask: TypeAlias = NDArray[np.bool_]
-Rule: TypeAlias = Literal["remembered", "printed"]
+Rule: TypeAlias = Literal["remembered", "printed", "regressed"]
 FILE = saved_file.FileKind("sdftrack.ShapeMemory", 1, "ShapeMemory.save")
 
 MOST_CLOCK = 2**62  # of a count of silhouettes
@@ -35,11 +35,13 @@ class ShapeMemory:
     n_harmonics : int
         Number of harmonics that describe a silhouette, 2 to 32.
     n_inputs : int
-        Number of the highest harmonics that predict the others; 1 to n_harmonics - 1. For ``rule="printed"``.
-    rule : {"remembered", "printed"}
+        Number of the highest harmonics that predict the others; 1 to n_harmonics - 1. For "printed" and "regressed".
+    rule : {"remembered", "printed", "regressed"}
         How occluded parts are recovered. "printed": low harmonics are regressed from high ones by LWPR and judged by
-        Table 6.3. "remembered": stored silhouettes explain the visible part, given that an occluder only removes area;
-        better in every measurement (docs/shape_memory.md).
+        Table 6.3, that is, by the residuals of what has been learned. "regressed": the same, judged by the errors of
+        silhouettes before they were learned, so that a new pose in a video is not taken for an occluded one.
+        "remembered": stored silhouettes explain the visible part, given that an occluder only removes area; better in
+        every measurement (docs/shape_memory.md).
     order : {"max", "sum"}
         Definition of a harmonic, see `st.contour.harmonics`.
     size : int
@@ -53,9 +55,9 @@ class ShapeMemory:
         Number of known silhouettes whose error sets the threshold, which is then fixed. "remembered".
     w_gen, reach, settle : float, float, int
         Activation below which a silhouette is unknown; scale of the fields' metric, D = reach / n_inputs; number of
-        silhouettes that set the scale of the inputs, which is then fixed. "printed".
+        silhouettes that set the scale of the inputs, which is then fixed. "printed", "regressed".
     lwpr : dict
-        Further options of `st.contour.LWPR`. "printed".
+        Further options of `st.contour.LWPR`. "printed", "regressed".
 
     Masks must be given in a frame that moves with the object: a tracker's grid, or `st.contour.align`. All masks of a
     memory have the same shape. ``rule``, sizes and thresholds cannot be changed later.
@@ -94,7 +96,7 @@ class ShapeMemory:
         self._lock = ReentrantLock()
         self._shape: tuple[int, int] | None = None
         self._engine: _core.SilhouetteMemory | HarmonicRegression = (
-            HarmonicRegression(o, self._lwpr) if o.rule == "printed" else _core.SilhouetteMemory(o)
+            _core.SilhouetteMemory(o) if o.rule == "remembered" else HarmonicRegression(o, self._lwpr)
         )
 
     # Learning
@@ -221,7 +223,7 @@ class ShapeMemory:
 
     def __repr__(self) -> str:
         o = self._options
-        what = f"{o.n_harmonics} harmonics" + (f", {o.n_inputs} inputs" if o.rule == "printed" else "")
+        what = f"{o.n_harmonics} harmonics" + (f", {o.n_inputs} inputs" if o.rule != "remembered" else "")
         kept = f", {self.n_kept} kept" if o.rule == "remembered" else ""
         return f'ShapeMemory("{o.rule}", {what}, {self.n_learnt} learnt{kept})'
 
@@ -258,7 +260,7 @@ class ShapeMemory:
         learnt, calibrated, height, width = (int(x) for x in state["counts"])
         self._shape = (height, width) if height else None
         if isinstance(self._engine, HarmonicRegression):
-            self._engine.restore(learnt, state)
+            self._engine.restore(learnt, calibrated, state)
             return
         clock = whole(int(state["clock"]), "clock", 0, MOST_CLOCK)
         self._engine.restore(
