@@ -10,9 +10,9 @@ from sdftrack.cli.app import run
 
 def test_the_command_runs_the_figures_of_a_checkout(capfd, tmp_path, monkeypatch):
     assert run(["reproduce", "--list"]) == 0
-    assert capfd.readouterr().out.startswith("3.9 ")
+    assert capfd.readouterr().out.startswith("3.5 ")
     assert run(["reproduce", "9.99"]) == 2
-    assert "expected one of 3.9, 3.10" in capfd.readouterr().err
+    assert "expected one of 3.5, 3.6" in capfd.readouterr().err
     assert run(["reproduce", "3.10", "--mesh", "/nowhere.ply", "--out", str(tmp_path / "o")]) == 1
     assert "no such file" in capfd.readouterr().err
 
