@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sdftrack.viz.plots import COLORS, figure
 
-__all__ = ["COLORS", "Line", "Panel", "curves", "error_panels", "images", "path_panels"]
+__all__ = ["COLORS", "Line", "Panel", "around", "curves", "error_panels", "images", "path_panels"]
 
 Array = NDArray[np.float64]
 
@@ -114,6 +114,13 @@ def _rotation_vectors(poses: Array) -> Array:
             w = min(choices, key=lambda c: float(np.linalg.norm(c - out[-1])))
         out.append(w)
     return np.array(out)
+
+
+def around(picture: NDArray[np.uint8], point: Array, lens: Any, half_m: float) -> NDArray[np.uint8]:
+    """The part of a picture that shows a square of twice `half_m` about a point of the camera's frame (m)."""
+    u, v = (round(float(c)) for c in lens.project(point))
+    half, (height, width) = int(lens.fx * half_m / point[2]), picture.shape[:2]
+    return picture[max(0, v - half) : min(height, v + half), max(0, u - half) : min(width, u + half)]
 
 
 def images(

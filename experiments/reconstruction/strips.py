@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sdftrack as st
-from experiments.pictures import images
+from experiments.pictures import around, images
 from experiments.registry import experiment
 from experiments.table import Table
 
@@ -67,7 +67,7 @@ def _grown(title: str, folder: Path, k: int, frames: int, voxels: int, threads: 
                 )
                 lens = seq.camera.depth
                 drawn = st.draw(frame, result, star.shape, seq.camera)
-                above.append((f"frame {i}", _cut(drawn, result.pose, lens, mesh)))
+                above.append((f"frame {i}", _around(drawn, result.pose, lens, mesh)))
                 below.append((f"{100 * own.mean():.0f} % seen", _shape(mesh, result.pose, lens)))
     columns = {
         "frame": "frame:d",
@@ -80,15 +80,8 @@ def _grown(title: str, folder: Path, k: int, frames: int, voxels: int, threads: 
     return Table.of(title, columns, rows, notes=notes, picture=lambda: images(picture, 2.2))
 
 
-def _half_px(T: Any, lens: Any, mesh: Any) -> int:
-    size = float(np.linalg.norm(mesh.bounds[1] - mesh.bounds[0]))
-    return int(0.7 * lens.fx * size / T[2, 3])
-
-
-def _cut(picture: Picture, T: Any, lens: Any, mesh: Any) -> Picture:
-    u, v = (round(float(c)) for c in lens.project(T[:3, 3]))
-    half, (height, width) = _half_px(T, lens, mesh), picture.shape[:2]
-    return picture[max(0, v - half) : min(height, v + half), max(0, u - half) : min(width, u + half)]
+def _around(picture: Picture, T: Any, lens: Any, mesh: Any) -> Picture:
+    return around(picture, T[:3, 3], lens, 0.7 * float(np.linalg.norm(mesh.bounds[1] - mesh.bounds[0])))
 
 
 def _shape(mesh: Any, T: Any, lens: Any) -> Picture:
@@ -98,7 +91,7 @@ def _shape(mesh: Any, T: Any, lens: Any) -> Picture:
     colors = np.asarray(guessed.raycast(lens, np.ascontiguousarray(T))[2], np.float64)
     lit = 0.25 + 0.75 * np.abs(np.asarray(normals)[..., 2:])
     picture = np.where(depth[..., None] > 0, colors * lit, 255).clip(0, 255).astype(np.uint8)
-    return _cut(picture, T, lens, mesh)
+    return _around(picture, T, lens, mesh)
 
 
 def _paint(seen: Any) -> NDArray[np.uint8]:

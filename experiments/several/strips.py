@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import sdftrack as st
 from experiments.common.bodies import VOXELS, body
-from experiments.pictures import images
+from experiments.pictures import around, images
 from experiments.registry import experiment
 from experiments.several.identity import Tracked, track
 from experiments.several.look_alikes import MARKED, PRINTED, options_of
@@ -40,7 +40,7 @@ class Strip:
 
     def add(self, row: str, i: int, picture: Picture, middle: Array) -> None:
         title = f"frame {i}" if not self.rows or next(iter(self.rows)) == row else ""
-        self.rows.setdefault(row, []).append((title, _cut(picture, middle, self.camera.depth)))
+        self.rows.setdefault(row, []).append((title, around(picture, middle, self.camera.depth, HALF_M)))
 
     def run(
         self, name: str, first: Array, way: str, options: Mapping[str, Any], all_rows: bool = False
@@ -80,13 +80,6 @@ def _grey(share: Any) -> Picture:
 def _owners(weights: Any) -> Picture:
     """Magenta and cyan for two objects, blue where both may own the pixel, as in the thesis."""
     return (np.asarray(weights, np.float64) @ INKS[: weights.shape[2]]).clip(0, 255).astype(np.uint8)
-
-
-def _cut(picture: Picture, middle: Array, lens: Any) -> Picture:
-    u, v = (round(float(c)) for c in lens.project(middle))
-    half = int(lens.fx * HALF_M / middle[2])
-    height, width = picture.shape[:2]
-    return picture[max(0, v - half) : min(height, v + half), max(0, u - half) : min(width, u + half)]
 
 
 def _counts(name: str, tracked: Tracked) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sdftrack as st
-from experiments.pictures import images
+from experiments.pictures import around, images
 from experiments.registry import experiment
 from experiments.table import Table
 
@@ -20,6 +20,7 @@ SHIFT_M, TURN_RAD = (0.012, -0.008, 0.010), (0.25, -0.2, 0.15)  # of the first p
 SCALE_M = 0.005
 SLICE_M = 0.01  # points this near the slice are shown
 COLUMNS = 6
+HALF_M = 0.16  # shown around the objects
 
 
 @experiment("thesis.3.6", needs=["k1"], chosen_on="nothing", reported_on="k1, frame 0, the left sponge")
@@ -42,7 +43,7 @@ def convergence(*, data: Path, voxels: int = 200) -> Table:
         cost = energy.cost(x)
         rows.append({"steps": n, "cost": cost, "mm": 1e3 * moved[0], "deg": np.rad2deg(moved[1])})
         top.append((f"{n} steps", _slice(sdf, T, points)))
-        below.append((f"cost {cost:.0f}", _cut(_drawn(frame, T, sdf, lens), truth, lens)))
+        below.append((f"cost {cost:.0f}", around(_drawn(frame, T, sdf, lens), truth[:3, 3], lens, HALF_M)))
     picture = {"SDF, 1 cm slice": top, "depth": below}
     columns = {"steps": "steps:d", "cost": "cost:.0f", "mm": "mm:.2f", "deg": "deg:.2f"}
     notes = ["Errors are differences from the reference pose, a fit to the mean of 25 still frames."]
@@ -80,14 +81,6 @@ def _slice(sdf: Any, T: Array, points: Array) -> NDArray[np.uint8]:
         y, x = (at[ok, 1] + dy).clip(0, phi.shape[1] - 1), (at[ok, 0] + dx).clip(0, phi.shape[2] - 1)
         picture[y, x] = 0
     return picture
-
-
-def _cut(picture: NDArray[np.uint8], T: Array, lens: Any) -> NDArray[np.uint8]:
-    """The part of a picture around the object."""
-    u, v = (round(float(c)) for c in lens.project(T[:3, 3]))
-    half = int(lens.fx * 0.16 / T[2, 3])
-    rows = slice(max(0, v - half), min(picture.shape[0], v + half))
-    return picture[rows, max(0, u - half) : min(picture.shape[1], u + half)]
 
 
 def sword(handle_m: float) -> st.Mesh:
@@ -160,8 +153,8 @@ def _followed(
                 lens, bare = seq.camera.depth, st.Frame(frame.depth)
                 pair = st.draw(bare, result, shapes, lens), st.draw(frame, result, shapes, seq.camera, arms)
                 if not armed:
-                    middle = np.mean(result.poses, axis=0)
-                    pair = _cut(pair[0], middle, lens), _cut(pair[1], middle, lens)
+                    middle = result.poses[:, :3, 3].mean(axis=0)
+                    pair = around(pair[0], middle, lens, HALF_M), around(pair[1], middle, lens, HALF_M)
                 above.append((f"frame {i}", pair[0]))
                 below.append(("", pair[1]))
     rows = []
