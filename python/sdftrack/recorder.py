@@ -121,7 +121,6 @@ class Recorder(ClosedByWith):
         self._frames = Spool(self.directory / "frames")  # of report.json
         self._rows = Spool(self.directory / "poses.csv")
         self._rows.add(BOP_HEADER)
-        self._ids = array("q")
         self._seconds = array("f")
         self._histories: list[History] = []
         self._tracks: dict[str, Spool] = {}  # trajectories and ground truth by file name
@@ -194,7 +193,6 @@ class Recorder(ClosedByWith):
             "objects": objects,
         }
         self._frames.add(json.dumps(entry, allow_nan=False))
-        self._ids.append(im_id)
         self._seconds.append(float(result.seconds))
 
     def _track(self, name: str) -> Spool:
@@ -272,7 +270,7 @@ class Recorder(ClosedByWith):
         seconds = np.array(self._seconds)
         milliseconds = 1e3 * float(np.median(seconds[np.isfinite(seconds)])) if len(seconds) else 0.0
         page = Spool(self.directory / "report.html")
-        page.add(run_page(title, self._histories, self._ids, milliseconds, video))
+        page.add(run_page(title, self._histories, len(seconds), milliseconds, video))
         page.finish()
 
     def _write_report(self, names: list[str]) -> None:

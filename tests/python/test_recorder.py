@@ -268,6 +268,16 @@ def test_page_says_how_each_object_was_followed(tmp_path):
     assert "http" not in page
 
 
+def test_page_has_objects_that_come_later(tmp_path):
+    with Recorder(tmp_path, CAMERA, [Ball(), Ball()], video=False) as recorder:
+        for i in range(4):
+            poses = [pose(0.002 * i)] * (1 + i // 2)
+            recorder.add(frame(i, poses[0]), result(poses, None, i))
+    page = (tmp_path / "report.html").read_text()
+    assert re.findall("status of the images ([0-9]+ to [0-9]+)", page) == ["0 to 3", "2 to 3"]
+    assert page.count("<b style") == 2  # both were ok, whenever they were there
+
+
 def test_page_of_a_long_run_is_small(tmp_path):
     record(tmp_path, 3000, video=False)
     assert (tmp_path / "report.html").stat().st_size < 40_000

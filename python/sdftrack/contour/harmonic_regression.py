@@ -16,9 +16,7 @@ from sdftrack.contour.result import Assessment, Judgement
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 MIN_KNOWN = 0.5  # of the regressions; less is "novel" (Table 6.3: more than half of the units)
-MIN_JUDGED = (
-    5  # silhouettes that were predicted before they were learned; with fewer their error is not known
-)
+MIN_JUDGED = 5  # silhouettes predicted before they were learned; the error of fewer is not known
 MIN_SCALE = 0.1  # an input that hardly varied is not divided by less than this share of the inputs' rms
 SET_BY_MEMORY = {
     "w_gen": "give ShapeMemory(w_gen=...) instead",
@@ -68,10 +66,7 @@ class HarmonicRegression:
         self._high = harmonic_numbers(o.n_harmonics, self._order) > o.n_harmonics - o.n_inputs
         inputs = int(self._high.sum())
         self.learnt = 0
-        self._predicted, self._squares = (
-            0,
-            0.0,
-        )  # silhouettes before they were learned, squared errors of the model
+        self._predicted, self._squares = 0, 0.0  # silhouettes before they were learned, and their errors
         self._waiting: list[Array] = []
         self._scale: Array | None = None
         # A full metric of 51 inputs for 49 outputs would be learnt from 10^5 numbers per field: diagonal.
@@ -91,8 +86,9 @@ class HarmonicRegression:
                 self._waiting = []
         else:
             x = c[self._high] / self._scale
-            self._predicted += 1
-            self._squares += float(np.sum((self._model.predict(x) - c[~self._high]) ** 2))
+            if self._options.rule == "regressed":
+                self._predicted += 1
+                self._squares += float(np.sum((self._model.predict(x) - c[~self._high]) ** 2))
             self._model.update(x, c[~self._high])
         self.learnt += 1
 
@@ -124,7 +120,7 @@ class HarmonicRegression:
         """
         if self._scale is None:
             return np.inf
-        if self._options.rule == "regressed" and self._predicted >= MIN_JUDGED:
+        if self._predicted >= MIN_JUDGED:
             return float(np.sqrt(2 * self._squares / self._predicted))
         return np.sqrt(2) * float(np.linalg.norm(self._model.training_error))
 

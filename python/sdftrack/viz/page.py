@@ -47,10 +47,11 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], kind: str = "") ->
 
 
 class History:
-    """What the page shows of one object, in 17 bytes per frame."""
+    """What the page shows of one object, in 25 bytes for each frame that has it."""
 
     def __init__(self, name: str) -> None:
         self.name = name
+        self.ids = array("q")  # the images' numbers
         self.status = bytearray()  # positions in STATUS
         self.numbers = array("f")  # confidence and position (m) of each frame
         self.without_pose: list[Run] = []
@@ -65,6 +66,7 @@ class History:
             last.last = im_id
         elif status != "ok":
             self.without_pose.append(Run(status, reason, im_id, im_id))
+        self.ids.append(im_id)
         self.status.append(STATUS.index(status))
         self.numbers.extend((result.confidence[k], *result.poses[k, :3, 3]))
 
@@ -83,28 +85,26 @@ class Run:
         return f"image {self.first}" if self.first == self.last else f"images {self.first} to {self.last}"
 
 
-def run_page(
-    title: str, objects: Sequence[History], ids: Sequence[int], milliseconds: float, video: str
-) -> str:
-    """The page of a tracked sequence; `ids`: the images' numbers, `video`: of a file beside the page, or nothing."""
+def run_page(title: str, objects: Sequence[History], frames: int, milliseconds: float, video: str) -> str:
+    """The page of a tracked sequence; `video`: the name of a file beside the page, or nothing."""
     body = [f"<header><h1>{escape(title)}</h1>"]
-    body.append(f'<p class="quiet">{len(ids)} frames, median {milliseconds:.2f} ms</p></header>')
+    body.append(f'<p class="quiet">{frames} frames, median {milliseconds:.2f} ms</p></header>')
     if video:
         body.append(f'<video src="{escape(video)}" controls muted style="max-width: 100%"></video>')
     for one in objects:
-        body += [f"<section><h2>{escape(one.name)}</h2>", *_object(one, ids), "</section>"]
+        body += [f"<section><h2>{escape(one.name)}</h2>", *_object(one), "</section>"]
     body.append('<p class="quiet">Every pose with its covariance: report.json beside this page.</p>')
     return html_page(title, "\n".join(body))
 
 
-def _object(one: History, ids: Sequence[int]) -> list[str]:
+def _object(one: History) -> list[str]:
     tiles = "".join(
-        f'<div class="tile"><b style="color: {color}">{100 * n / len(ids):.1f} %</b>'
+        f'<div class="tile"><b style="color: {color}">{100 * n / len(one.ids):.1f} %</b>'
         f"<span>{name.replace('_', ' ')}: {n}</span></div>"
         for i, (name, color) in enumerate(COLORS.items())
         if (n := one.status.count(i))
     )
-    out = [f'<div class="tiles">{tiles}</div>', _plot(one, ids)]
+    out = [f'<div class="tiles">{tiles}</div>', _plot(one)]
     if one.weak:
         reason, _ = one.weak.most_common(1)[0]
         out.append(f'<p class="note">Weak in {one.weak.total()} frames, mostly because {escape(reason)}.</p>')
@@ -115,9 +115,9 @@ def _object(one: History, ids: Sequence[int]) -> list[str]:
     return out
 
 
-def _plot(one: History, ids: Sequence[int]) -> str:
+def _plot(one: History) -> str:
     """Confidence and distance from the first position; below them a strip with the status of each frame."""
-    columns = np.array_split(np.arange(len(ids)), min(COLUMNS, len(ids)))
+    columns = np.array_split(np.arange(len(one.ids)), min(COLUMNS, len(one.ids)))
     step = WIDTH / len(columns)
     worst = [max(one.status[i] for i in part) for part in columns]
     strip, x = [], 0.0
@@ -138,7 +138,7 @@ def _plot(one: History, ids: Sequence[int]) -> str:
         f'<svg viewBox="0 0 {WIDTH:.0f} {HEIGHT + STRIP:.0f}" role="img" aria-label="confidence, position and status '
         f'of each frame">{lines}{"".join(strip)}</svg><p class="quiet"><span style="color: {INK}">Confidence, 0 to '
         f'1</span>; <span style="color: {BLUE}">distance from the first position, 0 to {1e3 * farthest:.0f} mm</span>; '
-        f"below: status of the images {ids[0]} to {ids[-1]}.</p>"
+        f"below: status of the images {one.ids[0]} to {one.ids[-1]}.</p>"
     )
 
 
