@@ -13,6 +13,8 @@ import sdftrack as st
 from experiments.pictures import around, images
 from experiments.registry import experiment
 from experiments.table import Table
+from sdftrack.io.report_file import result_of
+from sdftrack.synth.surroundings import box_mesh
 
 Array = NDArray[np.float64]
 STEPS = (0, 1, 2, 4, 8, 30)  # of the optimiser, Figure 3.6
@@ -51,16 +53,8 @@ def convergence(*, data: Path, voxels: int = 200) -> Table:
 
 
 def _drawn(frame: Any, T: Array, shape: Any, lens: Any) -> NDArray[np.uint8]:
-    return st.draw(frame, _result(T), shape, lens)
-
-
-def _result(T: Array) -> st.TrackResult:
-    nan = np.full((1,), np.nan)
-    return st.TrackResult(
-        poses=T[None], status=[st.Status.OK], reason=[""], confidence=np.ones(1),
-        covariances=np.zeros((1, 6, 6)), twists=np.full((1, 6), np.nan), inliers=nan, runner_up=nan,
-        energy=float("nan"), seconds=0.0,
-    )  # fmt: skip
+    row = {"objects": [{"pose": T.tolist(), "status": "ok", "reason": "", "confidence": 1.0}]}
+    return st.draw(frame, result_of(row), shape, lens)
 
 
 def _slice(sdf: Any, T: Array, points: Array) -> NDArray[np.uint8]:
@@ -86,22 +80,16 @@ def _slice(sdf: Any, T: Array, points: Array) -> NDArray[np.uint8]:
 def sword(handle_m: float) -> st.Mesh:
     """A blade, a guard and a pommel along z of an object of this length, as the virtual sword of Figure 3.7."""
     blade, guard = 4.0 * handle_m, 0.15 * handle_m
-    parts = [
-        _block((0.05, 0.012, blade), 0.5 * handle_m + guard + 0.5 * blade, (200, 210, 230)),
-        _block((0.22, 0.03, guard), 0.5 * (handle_m + guard), (200, 160, 60)),
-        _block((0.05, 0.05, guard), -0.5 * (handle_m + guard), (200, 160, 60)),
-    ]
-    firsts = np.cumsum([0, *(len(vertices) for vertices, _, _ in parts)])
-    faces = [part[1] + n for part, n in zip(parts, firsts, strict=False)]
-    vertices, colors = (np.concatenate([part[k] for part in parts]) for k in (0, 2))
-    return st.Mesh(vertices, np.concatenate(faces), colors=colors)
-
-
-def _block(size: Any, z_m: float, rgb: Any) -> tuple[Array, NDArray[np.int32], NDArray[np.uint8]]:
-    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-    quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-    faces = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], np.int32)
-    return 0.5 * corners * np.array(size) + np.array([0, 0, z_m]), faces, np.full((8, 3), rgb, np.uint8)
+    parts = (
+        ((0.05, 0.012, blade), 0.5 * handle_m + guard + 0.5 * blade, (200, 210, 230)),
+        ((0.22, 0.03, guard), 0.5 * (handle_m + guard), (200, 160, 60)),
+        ((0.05, 0.05, guard), -0.5 * (handle_m + guard), (200, 160, 60)),
+    )
+    boxes = [box_mesh(np.array(size)) for size, _, _ in parts]
+    vertices = [box.vertices + np.array([0, 0, z]) for box, (_, z, _) in zip(boxes, parts, strict=True)]
+    faces = [box.faces + 8 * k for k, box in enumerate(boxes)]  # eight corners each
+    colors = np.repeat([rgb for _, _, rgb in parts], 8, axis=0).astype(np.uint8)
+    return st.Mesh(np.concatenate(vertices), np.concatenate(faces), colors=colors)
 
 
 @experiment(
