@@ -137,7 +137,8 @@ def _commit() -> str | None:
         return done.stdout.strip()
 
     try:
-        changed = git("status", "--porcelain", "--untracked-files=no")
+        others = ":(exclude)experiments/results"  # so that several experiments can be recorded in a row
+        changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", others)
         return git("rev-parse", "--short", "HEAD") + ("+changes" if changed else "")
     except (OSError, subprocess.CalledProcessError):
         return None

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -66,6 +67,13 @@ def judged(scene: BallScene, both: bool = True) -> dict[str, Row]:
         middles = {s.index: _middle(s.outlines[0]) for s in looked.recording.frames if s.outlines}
         raw = np.array([middles[i] for i in pairs.index])
         rows[way] = Row(scene, result_of(fit, pairs, looked.color_size, late), raw)
+    if both and not late:
+        with warnings.catch_warnings():  # of the residuals, which are in the table
+            warnings.simplefilter("ignore")
+            printed = st.calibrate_color_to_depth(
+                scene.sequence, scene.camera.depth, scene.radius_m, scene.color, method="printed"
+            )
+        rows["P, q, as printed"] = Row(scene, printed, printed.pairs.color_px)
     return rows
 
 

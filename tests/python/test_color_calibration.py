@@ -9,12 +9,14 @@ from ball_scenes import COLOR, DEPTH, RADIUS_M, recorded
 
 import sdftrack as st
 from experiments.synth.ball import ball_path, ball_scene
+from sdftrack.calibration.as_printed import fit_as_printed, hough_circle
 from sdftrack.calibration.color_result import BallPairs, ColorMapping
 from sdftrack.calibration.color_to_depth import check_spread
 
 T_TRUE = st.geometry.pose((0.02, -0.03, 0.01), (-0.025, 0.002, -0.004))
 HELD_OUT_PX = 0.3  # the target, on images four times as large
 TIME_S = 0.003  # the target
+CIRCLE_PX = 3.0  # Hough votes for whole pixels, and for the middle of an ellipse
 
 
 def simulated(n=40, noise_px=0.0, seed=0, late_s=0.0):
@@ -63,6 +65,51 @@ def test_a_recording_registers_the_cameras(noise, known):
         sd = np.sqrt(np.diag(result.T_covariance))
         wanted = scene.camera.T_color_depth
         assert np.all(np.abs(st.geometry.log(result.T_color_depth @ st.geometry.inverse(wanted))) < 5 * sd)
+
+
+def test_printed_the_2_norm_of_exact_pairs_gives_the_exact_map_and_a_wrong_pair_is_never_dropped():
+    pairs, size = simulated(40), (COLOR.width, COLOR.height)
+    fit = fit_as_printed(pairs, DEPTH, size)
+    p = ball_path(7)(np.linspace(0, 5, 50))
+    np.testing.assert_allclose(
+        fit.map.predict(p)[0], ColorMapping(DEPTH, M=COLOR.K @ T_TRUE[:3]).predict(p)[0], atol=1e-5
+    )
+    off = pairs.color_px.copy()
+    off[3] += 20
+    spoilt = fit_as_printed(replace(pairs, color_px=off), DEPTH, size)
+    assert spoilt.kept.all()
+    assert np.linalg.norm(spoilt.residual_px) < np.hypot(20, 20)  # of the truth: the least squares are lower
+    step = np.random.default_rng(0).normal(size=(3, 4)) * 1e-3 * np.abs(spoilt.map.M)
+    for sign in (-1, 1):
+        moved = ColorMapping(DEPTH, M=spoilt.map.M + sign * step).predict(pairs.center_cam)[0]
+        assert np.linalg.norm(off - moved) > np.linalg.norm(spoilt.residual_px)
+
+
+def test_printed_a_hough_circle_finds_the_centre_of_a_disc_to_half_a_pixel():
+    y, x = np.mgrid[:240, :320]
+    for at in ((160.3, 121.7), (40.0, 60.5)):
+        mask = np.hypot(x - at[0], y - at[1]) < 21
+        found = hough_circle(mask.astype(np.uint8))
+        assert np.hypot(found[0] - at[0], found[1] - at[1]) < 1
+        assert abs(found[2] - 21) < 2
+    assert hough_circle(np.zeros((240, 320), np.uint8)) is None
+
+
+def test_printed_a_recording_registers_with_the_form_of_the_thesis():
+    scene, frames = recorded(noise=0.001, seed=0)
+    result = st.calibrate_color_to_depth(frames, DEPTH, RADIUS_M, scene.color, method="printed")
+    at = result.pairs.index
+    off_m = np.linalg.norm(result.pairs.center_cam - scene.centers_cam[at], axis=1)
+    off_px = np.linalg.norm(result.pairs.color_px - scene.color_px[at], axis=1)
+    assert len(at) == len(frames)
+    assert off_m.max() < 0.001
+    assert off_px.max() < CIRCLE_PX
+    assert result.rms_px < np.sqrt((off_px**2).mean())  # least squares are below those of the truth
+    assert result.pairs.kept.all()
+    with pytest.raises(ValueError, match="method: expected 'ours' with mask_fn"):
+        st.calibrate_color_to_depth(frames, DEPTH, RADIUS_M, scene.color, method="printed", time_offset=True)
+    with pytest.raises(ValueError, match="method: expected one of 'ours', 'printed'"):
+        st.calibrate_color_to_depth(frames, DEPTH, RADIUS_M, scene.color, method="hough")
 
 
 def test_a_recording_with_late_colour_says_by_how_much():

@@ -6,13 +6,13 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sdftrack import _core
-from sdftrack._internal.validation import THREADS, number, of_kind, whole
+from sdftrack._internal.validation import THREADS, number, of_kind, one_of, whole
 from sdftrack.calibration.color_result import BallPairs, ColorCalibration, Fit, fit_from, pairs_from
 from sdftrack.calibration.observe import Watch, guessed_camera, watch
 from sdftrack.camera import Camera, RGBDCamera
@@ -31,6 +31,7 @@ def calibrate_color_to_depth(
     *,
     color_camera: Camera | None = None,
     time_offset: bool = False,
+    method: Literal["ours", "printed"] = "ours",
     progress: Callable[[float], None] | None = None,
     threads: int = 0,
     seed: int = 0,
@@ -54,6 +55,10 @@ def calibrate_color_to_depth(
         accounted for.
     time_offset : bool
         Estimate the delay of colour relative to depth; requires timestamps and a moving ball.
+    method : {"ours", "printed"}
+        "printed": that of the thesis. The centre in colour is that of a Hough circle, the centre in depth that of the
+        sphere's SDF moved by translation alone, and every pair counts the same in the 2-norm of Eq. 3.26. Without
+        `mask_fn`, `color_camera` and `time_offset`.
     progress : function, optional
         Called with the completed fraction, 0 to 1.
     threads : int
@@ -90,6 +95,12 @@ def calibrate_color_to_depth(
     given: Any = frames if hasattr(frames, "__len__") and hasattr(frames, "__getitem__") else list(frames)
     if not len(given):
         raise ValueError("frames: expected at least one, got none")
+    if one_of(method, ("ours", "printed"), "method") == "printed":
+        if mask_fn is not None or color_camera is not None or time_offset:
+            raise ValueError(
+                "method: expected 'ours' with mask_fn, color_camera or time_offset, got 'printed', without any"
+            )
+        return _as_printed(given, depth_camera, float(ball_radius), ball_color, seed)
     looked = watch(
         given, depth_camera, float(ball_radius), ball_color, mask_fn, color_camera, threads, seed, progress
     )
@@ -106,6 +117,16 @@ def calibrate_color_to_depth(
             stacklevel=2,
         )
     return result
+
+
+def _as_printed(
+    frames: Any, depth_camera: Camera, radius_m: float, ball_color: Any, seed: int
+) -> ColorCalibration:
+    from sdftrack.calibration.as_printed import fit_as_printed, pairs_as_printed
+
+    pairs, size = pairs_as_printed(frames, depth_camera, radius_m, ball_color, seed)
+    check_spread(pairs, 6, "frames")
+    return result_of(fit_as_printed(pairs, depth_camera, size), pairs, size, False)
 
 
 def registered(

@@ -46,7 +46,7 @@ def watch(
     from concurrent.futures import ThreadPoolExecutor
 
     tell = progress or (lambda share: None)
-    samples = _samples(frames)
+    samples = samples_of(frames)
     h, w = samples[0].color.shape[:2]
     if color_camera is not None and (w, h) != (color_camera.width, color_camera.height):
         raise ValueError(
@@ -61,7 +61,7 @@ def watch(
 
     def one(i: int) -> tuple[_core.ObservedFrame, float] | None:
         frame = frames[i]
-        if not _usable(frame):
+        if not usable(frame):
             return None
         _check_frame(frame, i, depth_camera, (h, w))
         color = np.ascontiguousarray(frame.color)
@@ -88,13 +88,13 @@ def watch(
     return Watch(recording, None if model is None else model.color, (w, h), largest)
 
 
-def _samples(frames: Any) -> list[Any]:
+def samples_of(frames: Any) -> list[Any]:
     """About 20 usable frames from the whole recording; fewer if not enough are readable."""
     step = max(1, len(frames) // LEARNT_FROM)
     for chosen in (range(0, len(frames), step), range(len(frames))):
-        usable = [f for f in (frames[i] for i in chosen) if _usable(f)]
-        if usable:
-            return usable[:: max(1, len(usable) // LEARNT_FROM)]
+        good = [f for f in (frames[i] for i in chosen) if usable(f)]
+        if good:
+            return good[:: max(1, len(good) // LEARNT_FROM)]
     raise ValueError("frames: expected frames with depth and colour, got none with both")
 
 
@@ -135,7 +135,7 @@ def ball_model(images: list[NDArray[np.uint8]], ball_color: Any, eye: Camera, se
     return model
 
 
-def _usable(frame: Any) -> bool:
+def usable(frame: Any) -> bool:
     if not isinstance(frame, Frame):
         raise TypeError(
             f"frames: expected st.Frame, got {type(frame).__name__}; make them with st.Frame(depth, color)"
