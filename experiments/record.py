@@ -123,7 +123,9 @@ def machine() -> dict[str, Any]:
     except OSError:
         pass  # not Linux
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return {"cpu": model, "cores": cores}
+    # More waits than there are cores: times are not those of this machine alone.
+    busy = hasattr(os, "getloadavg") and os.getloadavg()[2] > (cores or 1) + 0.5
+    return {"cpu": model, "cores": cores, **({"load": "shared with other work"} if busy else {})}
 
 
 def _commit() -> str | None:
