@@ -96,6 +96,7 @@ def run(chosen: Experiment, arguments: Sequence[str], short: bool = False) -> li
     settings = vars(parser.parse_args(arguments))
     folder, out = data.root(settings.pop("data")), settings.pop("out")
     data.check(chosen.name, chosen.needs, folder)
+    chosen.check_frames(settings.get("frames"))
     given = {"data": folder} if "data" in inspect.signature(chosen.function).parameters else {}
     began = time.perf_counter()
     with warnings.catch_warnings(), progress.shown(quiet=short):

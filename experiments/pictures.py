@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from sdftrack.viz.plots import COLORS, figure
 
-__all__ = ["COLORS", "Line", "Panel", "around", "curves", "error_panels", "images", "path_panels"]
+__all__ = ["COLORS", "Line", "Panel", "around", "curves", "error_panels", "images", "path_panels", "shaded"]
 
 Array = NDArray[np.float64]
+GREY = 225.0
 
 
 @dataclass(frozen=True)
@@ -121,6 +122,14 @@ def around(picture: NDArray[np.uint8], point: Array, lens: Any, half_m: float) -
     u, v = (round(float(c)) for c in lens.project(point))
     half, (height, width) = int(lens.fx * half_m / point[2]), picture.shape[:2]
     return picture[max(0, v - half) : min(height, v + half), max(0, u - half) : min(width, u + half)]
+
+
+def shaded(mesh: Any, T: Array, lens: Any) -> NDArray[np.uint8]:
+    """A mesh as the camera sees it at T_cam_obj, in its colours or grey, lit from the camera, on white."""
+    depth, normals, colors = mesh.raycast(lens, np.ascontiguousarray(T))
+    lit = 0.25 + 0.75 * np.abs(np.asarray(normals)[..., 2:])
+    paint = GREY if colors is None else np.asarray(colors, np.float64)
+    return np.where(depth[..., None] > 0, paint * lit, 255).clip(0, 255).astype(np.uint8)
 
 
 def images(

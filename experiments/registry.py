@@ -14,6 +14,7 @@ from experiments import record
 from experiments.table import Table
 
 Function = TypeVar("Function", bound=Callable[..., "Table | list[Table]"])
+PREFIX = "thesis."  # of the experiments that remake a figure or a table of the thesis
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class Experiment:
     chosen_on, reported_on : str
         The data that the defaults under test were chosen on, and those that the result is reported on.
     short : mapping
-        Options of ``run --short``: seconds, not minutes.
+        Options of ``run --short``: seconds, not minutes. Of a figure, "frames" are the fewest that can show its claim.
     """
 
     name: str
@@ -47,6 +48,14 @@ class Experiment:
     def summary(self) -> str:
         """First line of the docstring."""
         return (self.function.__doc__ or "").strip().split("\n")[0]
+
+    def check_frames(self, frames: int | None) -> None:
+        """ValueError if the claim of a figure of the thesis cannot be judged by so few; None: the default of it."""
+        fewest = self.short.get("frames") if self.name.startswith(PREFIX) else None
+        if fewest is not None and frames is not None and frames < fewest:
+            raise ValueError(
+                f"{self.name}: expected at least {fewest} frames, by fewer its claim cannot be judged, got {frames}"
+            )
 
 
 class UnknownExperimentError(ValueError):

@@ -19,32 +19,43 @@ NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?")
 
 @dataclass(frozen=True)
 class Target:
-    """A limit for the cells of a column, in all rows whose first cell matches.
+    """A limit for the cells of a column, in all rows whose first cell matches; or a picture that there is to be.
 
     Attributes
     ----------
     figure : str
         What is meant, for the reader.
     column : str
+        Empty with `picture`.
     row, table : str
         Patterns (``*``) of the first cell and of the table's title.
     min, max : float or None
         For the first number in each cell.
     equals : str or None
         For cells that are no number.
+    picture : bool
+        The source prints nothing but a picture, and nothing in it can be measured: there is to be one.
     """
 
     figure: str
-    column: str
+    column: str = ""
     row: str = "*"
     table: str = "*"
     min: float | None = None
     max: float | None = None
     equals: str | None = None
+    picture: bool = False
+
+    def __post_init__(self) -> None:
+        limits = sum(limit is not None for limit in (self.min, self.max, self.equals))
+        if self.picture == bool(self.column) or self.picture == bool(limits):
+            raise ValueError(f"{self.figure}: expected a column with a limit, or picture = true")
 
     @property
     def limit(self) -> str:
         """The limit as text."""
+        if self.picture:
+            return "drawn"
         parts = [
             f">= {self.min:g}" if self.min is not None else "",
             f"<= {self.max:g}" if self.max is not None else "",
@@ -80,11 +91,11 @@ class Verdict:
 
 
 def targets_of(name: str, path: Path = FILE) -> list[Target]:
-    """Targets of an experiment; ValueError for a key that no target has."""
+    """Targets of an experiment; ValueError for a key that no target has, or no limit."""
     entries: list[dict[str, Any]] = tomllib.loads(path.read_text()).get(name, [])
     try:
         return [Target(**entry) for entry in entries]
-    except TypeError as error:
+    except (TypeError, ValueError) as error:
         raise ValueError(f"{path.name}, {name}: {error}") from None
 
 
@@ -94,6 +105,8 @@ def judge(name: str, tables: Sequence[Table], path: Path = FILE) -> list[Verdict
 
 
 def _judge_one(target: Target, tables: Sequence[Table]) -> Verdict:
+    if target.picture:
+        return Verdict(target, sum(table.picture is not None for table in tables), ())
     cells = [
         (row[0], row[list(table.columns).index(target.column)])
         for table in tables

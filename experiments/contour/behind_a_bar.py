@@ -83,7 +83,7 @@ def _picture(video: GaitVideo, runs: dict[str, Run]) -> Any:
     "thesis.6.6",
     chosen_on="nothing was chosen here",
     reported_on="the synthetic cat, seed 0",
-    short={"frames": 16},
+    short={"frames": 80},
 )
 def car(*, frames: int = 160) -> Table:
     """Figure 6.6: a contour tracked behind a bar, with a shape memory and without.
@@ -98,7 +98,7 @@ def car(*, frames: int = 160) -> Table:
     "thesis.6.7",
     chosen_on="nothing was chosen here",
     reported_on="the synthetic hand, seed 0",
-    short={"frames": 16},
+    short={"frames": 80},
 )
 def hand(*, frames: int = 160) -> Table:
     """Figure 6.7: the same for a hand."""

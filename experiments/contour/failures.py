@@ -31,7 +31,7 @@ JUDGEMENTS = ("novel", "occluded", "unoccluded")
     "thesis.6.8",
     chosen_on="nothing was chosen here",
     reported_on="the synthetic hand, seed 0",
-    short={"frames": 24},
+    short={"frames": 80},
 )
 def failures(*, frames: int | None = None) -> Table:
     """Figure 6.8: what the regression of harmonics cannot recover: a fence, no details.
@@ -79,7 +79,7 @@ def _row(some: list[Case], answers: list[Assessment]) -> dict[str, Any]:
     "thesis.6.5",
     chosen_on="nothing was chosen here",
     reported_on="the synthetic cat, walker, hand and jumper, seed 0",
-    short={"frames": 40},
+    short={"frames": 80},
 )
 def recovered(*, frames: int | None = None, share: float = 0.33) -> Table:
     """Figure 6.5: silhouettes with a rectangle hidden, recovered by the printed rule, in pairs: DCT and silhouette.

@@ -154,7 +154,7 @@ def _by_number(kinds: tuple[str, ...], numbers: tuple[int, ...], seeds: int, eve
     "thesis.6.11",
     chosen_on="walker and cat, seed 0 (the likelihoods of the search)",
     reported_on="the walker, seed 0, all frames learned",
-    short={"frames": 24, "every": 12},
+    short={"frames": 60, "every": 12},
 )
 def by_hidden(*, frames: int = FRAMES["walker"], every: int = 6) -> Table:
     """Figure 6.11: recovery and time against simpler ways (and Table 6.4).

@@ -38,12 +38,15 @@ def open3d() -> Any:
 def camera_path(
     seq: Any,
     n: int,
-    step: Callable[[int], None] | None = None,
+    step: Callable[[int, Any, Any], None] | None = None,
     *,
     voxel_m: float = SCENE_VOXEL_M,
     truncation_voxels: float = SCENE_TRUNCATION_VOXELS,
 ) -> Array:
-    """(n, 4, 4) T_first_cam of the camera in the frame of its first place; ImportError without Open3D."""
+    """(n, 4, 4) T_first_cam of the camera in the frame of its first place; ImportError without Open3D.
+
+    `step` is told each frame's number, the depth image of the model as it is by then (m, 0: nothing), and the model.
+    """
     o3d = open3d()
     slam, tensor, cpu = o3d.t.pipelines.slam, o3d.core.Tensor, o3d.core.Device("CPU:0")
     camera = depth_camera(seq.camera)
@@ -66,7 +69,7 @@ def camera_path(
             model.integrate(seen, 1.0, FARTHEST_M, truncation_voxels)
             model.synthesize_model_frame(drawn, 1.0, NEAREST_M, FARTHEST_M, truncation_voxels, False)
             if step is not None:
-                step(i)
+                step(i, drawn.get_data_as_image("depth").as_tensor().numpy()[..., 0], model)
     return np.array(path)
 
 
@@ -110,7 +113,7 @@ def tracked(seq: Any, n: int, first: Array, voxel_m: float) -> tuple[Array, Arra
             begins[i] = begins[i] or time.perf_counter()
             return frames[i]
 
-    def step(i: int) -> None:
+    def step(i: int, *_: Any) -> None:
         ends[i] = time.perf_counter()
 
     path = camera_path(Timed(), n, step, voxel_m=voxel_m, truncation_voxels=TRUNCATION_VOXELS)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sdftrack as st
-from experiments.pictures import around, images
+from experiments.pictures import around, images, shaded
 from experiments.registry import experiment
 from experiments.table import Table
 
@@ -18,7 +18,7 @@ COLUMNS = 6
 TRUTH_VOXELS = 160
 SEEN = 0.5
 GUESSED = np.array([150, 110, 200], np.float64)  # surface that no frame has shown
-SHORT = {"frames": 6, "voxels": 48}
+SHORT = {"frames": 90, "voxels": 80}
 Picture = NDArray[np.uint8]
 
 
@@ -86,12 +86,8 @@ def _around(picture: Picture, T: Any, lens: Any, mesh: Any) -> Picture:
 
 def _shape(mesh: Any, T: Any, lens: Any) -> Picture:
     """The mesh as the camera sees it, shaded; what no frame has shown is violet."""
-    depth, normals, _ = mesh.raycast(lens, np.ascontiguousarray(T))
-    guessed = st.Mesh(mesh.vertices, mesh.faces, colors=_paint(mesh.seen))
-    colors = np.asarray(guessed.raycast(lens, np.ascontiguousarray(T))[2], np.float64)
-    lit = 0.25 + 0.75 * np.abs(np.asarray(normals)[..., 2:])
-    picture = np.where(depth[..., None] > 0, colors * lit, 255).clip(0, 255).astype(np.uint8)
-    return _around(picture, T, lens, mesh)
+    painted = st.Mesh(mesh.vertices, mesh.faces, colors=_paint(mesh.seen))
+    return _around(shaded(painted, T, lens), T, lens, mesh)
 
 
 def _paint(seen: Any) -> NDArray[np.uint8]:

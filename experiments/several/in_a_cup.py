@@ -25,7 +25,7 @@ COLUMNS = 6
 HALF_PX = 45
 
 
-@experiment("thesis.5.10", chosen_on="nothing", reported_on="a rendered cup, 30 frames", short={"frames": 4})
+@experiment("thesis.5.10", chosen_on="nothing", reported_on="a rendered cup, 30 frames", short={"frames": 12})
 def in_a_cup(*, frames: int = 30) -> Table:
     """Figure 5.10: a ball in a cup that is carried, turned and tilted; of the ball nothing is ever seen.
 

@@ -50,7 +50,7 @@ def _pair(mesh: Path | None, unit: str | None, voxels: int) -> tuple[Any, Solid,
     "thesis.5.4",
     chosen_on="nothing: a time",
     reported_on="the built-in duck, times 0.5",
-    short={"frames": 3, "counts": (1, 2), "voxels": 60},
+    short={"frames": 4, "counts": (1, 2, 5), "voxels": 60},
 )
 def times(
     *,
@@ -122,7 +122,7 @@ def _growth_picture(rows: list[dict[str, Any]], fits: dict[str, dict[str, float]
     "thesis.5.6",
     chosen_on="the path: one on which independent trackers failed, as about every other did",
     reported_on="the built-in duck, times 0.5, seed 0",
-    short={"frames": 4, "voxels": 60},
+    short={"frames": 150, "voxels": 60},
 )
 def meeting(
     *,
@@ -210,7 +210,7 @@ def _meeting_picture(rows: list[dict[str, Any]], gaps: Array) -> Any:
     "thesis.5.8",
     chosen_on="nothing was chosen here",
     reported_on="the built-in duck, times 0.5, seed 0",
-    short={"frames": 4, "voxels": 60},
+    short={"frames": 60, "voxels": 60},
 )
 def at_rest(
     *,

@@ -29,7 +29,7 @@ TITLE = f"{PER_SEGMENT_PX} pixels a segment, {ITERATIONS} iterations"
 
 
 @experiment(
-    "thesis.A.2",
+    "thesis.table.A.2",
     chosen_on="nothing: times",
     reported_on="a made picture",
     short={"seconds": 0.1},
@@ -67,7 +67,9 @@ def sizes(*, seconds: float = 1.5, threads: int = 0) -> Table:
     return _table(f"Table A.2, {TITLE}", "best time, ms", times, A_2, note)
 
 
-@experiment("thesis.A.3", chosen_on="nothing: times", reported_on="a made picture", short={"seconds": 0.1})
+@experiment(
+    "thesis.table.A.3", chosen_on="nothing: times", reported_on="a made picture", short={"seconds": 0.1}
+)
 def parts(*, seconds: float = 1.5, options: Settings = NO_SETTINGS) -> Table:
     """Table A.3: times of their parts: k-means, connectivity.
 

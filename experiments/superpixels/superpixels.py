@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from experiments.data import has
+from experiments.pictures import images as pictures_of
 from experiments.registry import experiment
 from experiments.superpixels import times
 from experiments.table import Table
@@ -115,3 +116,38 @@ def superpixels(
     there = has("bsds", data)
     tables = [_quality(data, images, segments)] if there else []
     return tables + (times.speed(data if there else None, quick) if speed else [])
+
+
+PICTURED, ASKED = (2, 11), (100, 400, 1600)
+
+
+@experiment("thesis.A.3", needs=["bsds"], chosen_on="two photographs that show much", reported_on="bsds")
+def pictured(*, data: Path) -> Table:
+    """Figure A.3: superpixels of photographs, by the number that is asked for.
+
+    Photographs with human segmentations; "recall" is the share of their boundaries within 2 px of a boundary. Printed:
+    a picture of another photograph; superpixels of about equal size.
+    """
+    import sdftrack as st
+
+    rows, shown = [], {}
+    scenes = open_bsds(data)
+    for k in PICTURED:
+        image, truths = scenes[k]
+        shown[f"photograph {k}"] = [("", image)]
+        for asked in ASKED:
+            labels = st.superpixels.slic(image, asked)
+            sizes = np.unique(labels, return_counts=True)[1]
+            recall = float(np.mean([st.metrics.boundary_recall(labels, truth) for truth in truths]))
+            spread = float(np.std(sizes) / np.mean(sizes))
+            rows.append(
+                {"of": f"photograph {k}, {asked}", "got": len(sizes), "recall": recall, "spread": spread}
+            )
+            shown[f"photograph {k}"].append((f"{len(sizes)}", st.superpixels.mark_boundaries(image, labels)))
+    columns = {
+        "of": "of",
+        "superpixels": "got:d",
+        "recall": "recall:.3f",
+        "sd of the size / mean": "spread:.2f",
+    }
+    return Table.of("Figure A.3", columns, rows, picture=lambda: pictures_of(shown, 3.4))

@@ -34,7 +34,10 @@ Array = NDArray[np.float64]
 
 
 @experiment(
-    "thesis.3.9", chosen_on="nothing was chosen here", reported_on="the built-in duck", short={"frames": 3}
+    "thesis.section.3.9",
+    chosen_on="nothing was chosen here",
+    reported_on="the built-in duck",
+    short={"frames": 3},
 )
 def pixels(
     *,

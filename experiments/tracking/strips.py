@@ -97,7 +97,7 @@ def sword(handle_m: float) -> st.Mesh:
     needs=["k1"],
     chosen_on="nothing",
     reported_on="k1, both sponges",
-    short={"frames": 60, "voxels": 60},
+    short={"frames": 120, "voxels": 60},
 )
 def with_a_sword(*, data: Path, frames: int = 250, voxels: int = 200) -> Table:
     """Figure 3.7: a whole sequence; the tracked depth above, and below a virtual sword on the left sponge."""
@@ -110,7 +110,7 @@ def with_a_sword(*, data: Path, frames: int = 250, voxels: int = 200) -> Table:
     needs=["k1"],
     chosen_on="nothing",
     reported_on="k1, both sponges",
-    short={"frames": 12, "voxels": 60},
+    short={"frames": 200, "voxels": 60},
 )
 def hidden_by_hands(*, data: Path, frames: int = 250, voxels: int = 200) -> Table:
     """Figure 3.8: objects that hands hold and hide, tracked in depth alone; above the depth, below the colour."""

@@ -2,6 +2,7 @@
 """Registry, options, runner and targets of the experiments, and that the installed package knows nothing of them."""
 
 import json
+import re
 import tomllib
 from pathlib import Path
 from typing import Literal
@@ -9,9 +10,11 @@ from typing import Literal
 import pytest
 
 from experiments import targets
-from experiments.__main__ import run
+from experiments.__main__ import main, run
+from experiments.figures import figures
+from experiments.figures import main as figures_main
 from experiments.options import NO_SETTINGS, Settings
-from experiments.registry import Experiment, all_experiments
+from experiments.registry import Experiment, all_experiments, find
 from experiments.table import Table
 from experiments.targets import Target, judge, targets_of
 
@@ -83,6 +86,9 @@ def test_targets_are_met_or_missed_by_rows():
         str(targets._judge_one(Target("falls", "fell", row="a", max=2), tables))
         == "target met: falls <= 2 (1 rows)"
     )
+    drawn = Target("a hill", picture=True)
+    assert not targets._judge_one(drawn, tables).rows
+    assert targets._judge_one(drawn, [Table("hill", picture=lambda: None)]).rows == 1
     missed = targets._judge_one(Target("falls", "fell", max=1), tables)
     assert str(missed) == "target missed: falls <= 1: a (1.5 %), b (no)"
     assert "not measured" in str(targets._judge_one(Target("falls", "rose", max=1), tables))
@@ -95,7 +101,34 @@ def test_targets_are_read_from_their_file_and_belong_to_experiments(tmp_path):
         assert name in known, name
         assert found, name
     wrong = tmp_path / "targets.toml"
-    wrong.write_text('[[stones]]\nfigure = "a"\ncolumn = "b"\nmost = 1\n')
-    with pytest.raises(ValueError, match=r"targets.toml, stones: .*most"):
-        targets_of("stones", wrong)
+    for entry, said in (
+        ('column = "b"\nmost = 1', "most"),
+        ('column = "b"', "a column with a limit"),
+        ("picture = true\nmax = 1", "or picture = true"),
+    ):
+        wrong.write_text(f'[[stones]]\nfigure = "a"\n{entry}\n')
+        with pytest.raises(ValueError, match=rf"targets.toml, stones: .*{said}"):
+            targets_of("stones", wrong)
     assert judge("stones", []) == []
+
+
+def test_every_figure_of_the_thesis_has_a_target_and_is_remade_or_named_with_a_reason():
+    """A target is a claim that the source prints, or a picture that there is to be (`Target.picture`)."""
+    known = {e.name: number for number, e in figures().items()}
+    assert sorted(set(known) - set(tomllib.loads(targets.FILE.read_text()))) == []
+    page = (Path(__file__).parents[2] / "docs" / "results.md").read_text()
+    left_out = page[page.index("**Left out**") :].partition("\n\n")[0]
+    named = {number.rstrip("ab") for number in known.values()}
+    for chapter, first, last in re.findall(r"\b([1-7A])\.(\d+)(?:-(\d+))?", left_out):
+        named |= {f"{chapter}.{k}" for k in range(int(first), int(last or first) + 1)}
+    counts = {"1": 9, "2": 11, "3": 16, "4": 16, "5": 13, "6": 11, "7": 1, "A": 5}
+    assert {f"{chapter}.{k}" for chapter, n in counts.items() for k in range(1, n + 1)} - named == set()
+
+
+def test_a_figure_is_refused_by_so_few_frames_that_its_claim_cannot_be_judged(capsys, tmp_path):
+    fewest = find("thesis.4.16").short["frames"]
+    assert figures_main(["4.16", "--frames", str(fewest - 1), "--out", str(tmp_path)]) == 2
+    assert f"thesis.4.16: expected at least {fewest} frames" in capsys.readouterr().err
+    assert main(["run", "thesis.4.16", "--frames", "30"]) == 1
+    assert "got 30\n" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []

@@ -27,7 +27,7 @@ def test_without_a_checkout_the_command_says_in_one_line_where_to_get_it(capfd, 
 
 @pytest.mark.slow
 def test_a_figure_is_three_files_in_a_folder_of_its_own(tmp_path, capfd):
-    assert run(["reproduce", "3.10", "--frames", "10", "--threads", "1", "--out", str(tmp_path)]) == 0
+    assert run(["reproduce", "3.10", "--short", "--threads", "1", "--out", str(tmp_path)]) == 0
     out = tmp_path / "3.10"
     assert {p.name for p in out.iterdir()} == {"figure.png", "table.txt", "result.json"}
     assert "all below 1 mm and 2 deg" in capfd.readouterr().out
@@ -35,4 +35,4 @@ def test_a_figure_is_three_files_in_a_folder_of_its_own(tmp_path, capfd):
     assert result["figure"] == "3.10"
     assert [round(row["sigma_mm"], 2) for row in result["levels"]] == [0.0, 1.0, 2.0, 3.16]
     assert result["levels"][1]["kept"] is result["levels"][3]["kept"] is True
-    assert run(["reproduce", "3.10", "--frames", "10", "--out", str(tmp_path), "-q"]) == 1
+    assert run(["reproduce", "3.10", "--short", "--out", str(tmp_path), "-q"]) == 1

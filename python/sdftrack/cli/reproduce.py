@@ -25,7 +25,8 @@ class Reproduce(Common):
     show_list: bool = option(False, "List the available figures.", "--list")
     mesh: Path | None = option(None, "Mesh to use instead of the built-in shape.", metavar="M.ply")
     unit: Unit | None = option(None, "Unit of the mesh.")
-    frames: int | None = option(None, "Number of frames, e.g. fewer for a quick test.", min=2)
+    frames: int | None = option(None, "Number of frames, where a figure has any.", min=2)
+    short: bool = option(False, "The fewest frames that can show each claim.", "--short")
 
 
 def reproduce(job: Reproduce) -> None:
@@ -37,7 +38,7 @@ def reproduce(job: Reproduce) -> None:
     given = {
         name: getattr(job, name) for name in ("mesh", "unit", "frames", "out", "config", "device", "threads")
     }
-    flags = {"list": job.show_list, "overwrite": job.overwrite, "quiet": job.quiet}
+    flags = {"list": job.show_list, "overwrite": job.overwrite, "quiet": job.quiet, "short": job.short}
     options = [f"--{name}={value}" for name, value in given.items() if value is not None]
     options += [f"--{name}" for name, value in flags.items() if value]
     path = os.pathsep.join(filter(None, [str(root), os.environ.get("PYTHONPATH")]))
