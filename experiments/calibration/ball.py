@@ -231,8 +231,9 @@ def seen_by_both(*, frames: int = 120) -> Table:
 
 
 def _color_model(scene: BallScene, frames: list[st.Frame]) -> Any:
-    size = frames[0].color.shape[1::-1]
-    return ball_model([f.color for f in frames[::3]], scene.color, guessed_camera(*size), 0)
+    colors = [np.asarray(f.color) for f in frames[::3]]
+    size = colors[0].shape[1], colors[0].shape[0]
+    return ball_model(colors, scene.color, guessed_camera(*size), 0)
 
 
 def _stages(scene: BallScene, frames: list[st.Frame]) -> Any:
@@ -242,9 +243,10 @@ def _stages(scene: BallScene, frames: list[st.Frame]) -> Any:
     lens, color = scene.camera.depth, scene.camera.color
     assert color is not None
     frame = frames[len(frames) // 2]
-    mask = _color_model(scene, frames).mask(np.ascontiguousarray(frame.color))
-    outline = _core.find_outlines(np.ascontiguousarray(frame.color), mask, color._core, 0)[0]
-    ellipse = np.zeros(frame.color.shape[:2], np.uint8)
+    image = np.ascontiguousarray(frame.color, np.uint8)
+    mask = _color_model(scene, frames).mask(image)
+    outline = _core.find_outlines(image, mask, color._core, 0)[0]
+    ellipse = np.zeros(image.shape[:2], np.uint8)
     cv2.ellipse(ellipse, cv2.fitEllipseDirect(outline.edges_px.astype(np.float32)), 1, -1)
     depth = np.asarray(frame.depth)
     ball = _core.BallFinder(lens._core, scene.radius_m).search(np.ascontiguousarray(depth))[0]
@@ -252,14 +254,13 @@ def _stages(scene: BallScene, frames: list[st.Frame]) -> Any:
     off = np.linalg.norm(lens.back_project(depth) - center, axis=-1) - scene.radius_m
     own = (depth > 0) & (np.abs(off) < OWN_M)
     disc = st.SDF.sphere(scene.radius_m, voxels=60).silhouette(lens, st.geometry.pose(t_m=center)) > 0
-    there = scene.camera.T_color_depth[:3, :3] @ center + scene.camera.T_color_depth[:3, 3]
+    there = st.geometry.transform_points(np.asarray(scene.camera.T_color_depth), center[None])[0]
 
     def rgb(some: Any) -> Any:
         return np.repeat(255 * some[..., None].astype(np.uint8), 3, axis=2)
 
     above = [
-        around(picture, there, color, AROUND_M)
-        for picture in (frame.color, rgb(mask > 0), frame.color, rgb(ellipse))
+        around(picture, there, color, AROUND_M) for picture in (image, rgb(mask > 0), image, rgb(ellipse))
     ]
     below = [
         around(picture, center, lens, AROUND_M)

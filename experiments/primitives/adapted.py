@@ -31,7 +31,7 @@ ARBITRARY_M: dict[str, dict[str, float]] = {  # where every object begins
 }
 RECORDED = ("43", 2)  # scene and object of osd: a cylinder
 SCALES_M = (0.02, 0.005)  # of the rigid fit, one after the other
-PRINTED = {"residual": "point", "outlier_floor": 0.0, "padding_m": 0.2}  # Eqs. 3.11 and 3.12
+PRINTED: dict[str, Any] = {"residual": "point", "outlier_floor": 0.0, "padding_m": 0.2}  # Eqs. 3.11 and 3.12
 STEPS = ("a) arbitrary size", "b) rigid fit", "c) size and pose", "c) as printed")
 UPWARDS = np.array([0.0, -0.8, -0.6])  # of the recorded camera, about; it looks down on a table
 SHOWN_M = 0.17
@@ -90,19 +90,21 @@ def _objects(data: Path) -> dict[str, tuple[st.Frame, NDArray[np.bool_], Array, 
 
 
 def _middle(frame: st.Frame, mask: NDArray[np.bool_]) -> Array:
-    points = st.energy.back_project(frame.depth, frame.camera, mask)[0]
+    assert frame.camera is not None
+    points = st.energy.back_project(np.asarray(frame.depth), frame.camera, mask)[0]
     return np.asarray(np.median(points, axis=0))
 
 
 def _steps(frame: st.Frame, mask: NDArray[np.bool_], kind: str, up: Array) -> list[PrimitiveFit]:
     """The primitive after each of `STEPS`."""
+    assert frame.camera is not None
     size = ARBITRARY_M[kind]
     T = np.eye(4)
     side = np.cross(up, [1.0, 0.0, 0.0])
     side /= np.linalg.norm(side)
     T[:3, :3], T[:3, 3] = np.column_stack([side, np.cross(up, side), up]), _middle(frame, mask)
     first = _given(kind, T, size)
-    sdf, own = volume_of(kind, size), np.where(mask, frame.depth, 0).astype(np.float32)
+    sdf, own = volume_of(kind, size), np.where(mask, np.asarray(frame.depth), 0).astype(np.float32)
     for scale in SCALES_M:
         energy = st.energy.Energy(sdf, frame.camera, st.Frame(own), T, scale_m=scale, **PRINTED)
         T = st.energy.minimize(energy).x.poses[0]

@@ -131,7 +131,8 @@ def compared(
     still = scene_of(mesh, unit, frames, threads)
     scene = still.along(carried(still.body.mesh, frames))
     shown, lens = set(evenly(frames)), _frames(scene, None).camera.depth
-    middle, strips, last = scene.body.middle, {"colour": [], OURS: [], WHOLE: []}, {}
+    middle, last = scene.body.middle, {}
+    strips: dict[str, list[tuple[str, Any]]] = {"colour": [], OURS: [], WHOLE: []}
 
     def cut(picture: Any, i: int) -> Any:
         return part(picture, geometry.transform_points(scene.poses[i], middle[None])[0], lens, SHOWN_M)
@@ -206,7 +207,7 @@ def around(mesh: Any, seed: int = SEED) -> Any:
     return Mesh(np.vstack(vertices), np.vstack(faces).astype(np.int32), np.vstack(colors))
 
 
-def _frames(scene: Scene, cache: str | Path) -> Any:
+def _frames(scene: Scene, cache: str | Path | None) -> Any:
     """Object 0 is the one, object 1 all that is about it; nothing else is in the pictures."""
     from sdftrack.synth import sequence
 

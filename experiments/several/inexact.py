@@ -91,7 +91,7 @@ def hands(*, data: Path, frames: int = 250, voxels: int = 200, threads: int = 0)
     frames, from their reference poses in the first one. "at references": the largest distance from the reference poses
     of frames 46 to 98. Printed: the models do not fit, yet the tracker recovers the poses of both.
     """
-    rows = []
+    rows: list[dict[str, Any]] = []
     with st.open_sequence(data / "k1") as seq:
         model = reconstructed(seq, 0, voxels, threads)
         truth = {i: np.array([T for _, T in sorted(found.items())]) for i, found in seq.ground_truth.items()}
@@ -128,7 +128,7 @@ def shoes(*, data: Path, frames: int = 400, voxels: int = 200, threads: int = 0)
         model = reconstructed(seq, 0, voxels, threads)
         mesh = next(iter(seq.models.values()))
     solid = Solid.of(mesh, st.SDF.from_mesh(mesh, voxels=voxels))
-    rows = []
+    rows: list[dict[str, Any]] = []
     with tempfile.TemporaryDirectory() as cache:
         scene = scenes.meetings(mesh, solid, frames, 0, Path(cache), color=True, threads=threads)
         strip = Strip([model.shape] * 2, scene.camera, scene, evenly(frames, COLUMNS, frames // 8))

@@ -215,7 +215,7 @@ def bricks(*, frames: int = 300, threads: int = 0) -> Table:
     seq = handled(shapes, frames, threads)
     truth = np.array([[T for _, T in sorted(seq.ground_truth[i].items())] for i in range(frames)])
     strip = Strip(shapes, seq.camera, seq, evenly(frames), WIDE_M)
-    rows = []
+    rows: list[dict[str, Any]] = []
     for way in ("joint", "joint" + PRINTED):
         first = not rows
         options = {"mode": "rgbd", "threads": threads, "membership": first, **options_of(way)}

@@ -54,7 +54,9 @@ def handled(shapes: list[Any], frames: int, threads: int = 0) -> Any:
     meshes = []
     for shape in shapes:
         mesh = shape.to_mesh()
-        meshes.append(st.Mesh(mesh.vertices, mesh.faces, np.tile(np.uint8(RGB), (len(mesh.vertices), 1))))
+        meshes.append(
+            st.Mesh(mesh.vertices, mesh.faces, np.tile(np.array(RGB, np.uint8), (len(mesh.vertices), 1)))
+        )
     T_cam_table = geometry.look_at(np.array(EYE_M), np.array(LOOK_AT_M))
     poses = np.empty((frames, len(meshes), 4, 4))
     for i in range(frames):
