@@ -90,7 +90,7 @@ py::array_t<float> primitive(const std::string& kind, const std::vector<double>&
                              std::array<py::ssize_t, 3> shape, double voxel_size, const Vec3d& origin,
                              int threads) {
   const primitives::PrimitiveKind solid = solid_named(kind);
-  double lengths[sdf::kMaxSizes] = {1, 1, 1};
+  double lengths[sdf::kMaxSizes] = {};
   for (int i = 0; i < primitives::size_count(solid); ++i) lengths[i] = size.at(static_cast<std::size_t>(i));
   const sdf::Grid grid = grid_from(shape, voxel_size, origin, "shape");
   std::vector<float> phi(grid.size());

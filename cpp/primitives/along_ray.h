@@ -16,38 +16,39 @@ constexpr double kBracket = 1e-4;  // m
 constexpr double kCutGain = 1e-6;  // m: no cut lowers the least value by more
 
 // A point on the ray, and the solid's sample there.
-template <class T>
+template <class T, int N = sdf::kMaxLengths>
 struct RayPlace {
   Vec3<T> p;
-  sdf::SolidSample<T> s;
+  sdf::SolidSample<T, N> s;
 };
 
 template <class T, class Mask>
 HD Vec3<T> select_vec(Mask mask, const Vec3<T>& a, const Vec3<T>& b) {
   return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
 }
-template <class T, class Mask>
-HD RayPlace<T> select_place(Mask mask, const RayPlace<T>& a, const RayPlace<T>& b) {
-  RayPlace<T> out{select_vec(mask, a.p, b.p),
-                  {select(mask, a.s.phi_m, b.s.phi_m), select_vec(mask, a.s.grad, b.s.grad), {}}};
-  for (int i = 0; i < sdf::kMaxSizes; ++i) out.s.size[i] = select(mask, a.s.size[i], b.s.size[i]);
+template <class T, int N, class Mask>
+HD RayPlace<T, N> select_place(Mask mask, const RayPlace<T, N>& a, const RayPlace<T, N>& b) {
+  RayPlace<T, N> out{select_vec(mask, a.p, b.p),
+                     {select(mask, a.s.phi_m, b.s.phi_m), select_vec(mask, a.s.grad, b.s.grad), {}}};
+  for (int i = 0; i < N; ++i) out.s.size[i] = select(mask, a.s.size[i], b.s.size[i]);
   return out;
 }
 
 // The distance along the ray to the solid, m; its derivative is `factor` times the derivative of phi at `at`.
-template <class T>
+template <class T, int N = sdf::kMaxLengths>
 struct RayMeeting {
   T m, factor;
-  RayPlace<T> at;
+  RayPlace<T, N> at;
 };
 
 // From a measurement along `way` (the ray with a depth of 1). Where the ray misses the solid or meets it at a
 // grazing angle, the result is phi at the measurement.
 template <class T, class Sample>
-HD RayMeeting<T> meet(const Vec3<T>& from, const Vec3<T>& way, const Sample& sample) {
+HD auto meet(const Vec3<T>& from, const Vec3<T>& way, const Sample& sample) {
   using sdftrack::abs;  // sdftrack::primitives also has one
-  RayPlace<T> here{from, sample(from)};
-  RayMeeting<T> out{here.s.phi_m, T(1), here};
+  constexpr int N = decltype(sample(from))::kSizes;
+  RayPlace<T, N> here{from, sample(from)};
+  RayMeeting<T, N> out{here.s.phi_m, T(1), here};
   T depth = T(0);
   auto going = T(0) < T(1);
   auto forward = going;  // no step back was made
@@ -73,21 +74,23 @@ HD RayMeeting<T> meet(const Vec3<T>& from, const Vec3<T>& way, const Sample& sam
 }
 
 // The least phi along a stretch of a ray; its derivative is a mixture of the derivatives at two points.
-template <class T>
+template <class T, int N = sdf::kMaxLengths>
 struct RayClearance {
   T m, share;  // share of `low`
-  RayPlace<T> low, high;
+  RayPlace<T, N> low, high;
 };
 
 // Between the depths a and b of a ray from `origin` (the camera) along `way`. phi is convex along a line: the
 // slopes at both ends of a bracket tell where its least value lies.
 template <class T, class Sample>
-HD RayClearance<T> least_along(const Vec3<T>& origin, const Vec3<T>& way, T a, T b, const Sample& sample) {
+HD auto least_along(const Vec3<T>& origin, const Vec3<T>& way, T a, T b, const Sample& sample) {
+  constexpr int N = decltype(sample(origin))::kSizes;
+  using Place = RayPlace<T, N>;
   const auto place = [&](T depth) __attribute__((always_inline)) {
     const Vec3<T> p = origin + depth * way;
-    return RayPlace<T>{p, sample(p)};
+    return Place{p, sample(p)};
   };
-  RayPlace<T> low = place(a), high = place(b);
+  Place low = place(a), high = place(b);
   T slope_a = dot(low.s.grad, way), slope_b = dot(high.s.grad, way);
   const auto inside = (slope_a < T(0)) & (slope_b > T(0));
   const auto at_low = slope_a >= T(0);
@@ -105,7 +108,7 @@ HD RayClearance<T> least_along(const Vec3<T>& origin, const Vec3<T>& way, T a, T
       t = select(t < a + T(kEdge), a + T(kEdge), t);
       t = select(t > b - T(kEdge), b - T(kEdge), t);
     }
-    const RayPlace<T> middle = place(t);
+    const Place middle = place(t);
     const T slope = dot(middle.s.grad, way);
     const auto falls = going & (slope < T(0)), rises = going & (slope >= T(0));
     a = select(falls, t, a), slope_a = select(falls, slope, slope_a);
@@ -119,12 +122,13 @@ HD RayClearance<T> least_along(const Vec3<T>& origin, const Vec3<T>& way, T a, T
   // At an edge phi has a kink; its derivative is the mixture of both sides that is level along the ray.
   const T end = select(at_low, low.s.phi_m, high.s.phi_m), of_low = select(at_low, T(1), T(0));
   const T met = low.s.phi_m + slope_a * (meeting() - a);
-  return {select(inside, met, end), select(inside, slope_b / (slope_b - slope_a), of_low), low, high};
+  return RayClearance<T, N>{select(inside, met, end), select(inside, slope_b / (slope_b - slope_a), of_low),
+                            low, high};
 }
 
 // meet() for a solid with these lengths, by the solid's own closed form if it has one.
 template <class Solid, class T>
-HD RayMeeting<T> meet_solid(const Vec3<T>& from, const Vec3<T>& way, const T (&size)[sdf::kMaxSizes]) {
+HD auto meet_solid(const Vec3<T>& from, const Vec3<T>& way, const T (&size)[sdf::kMaxSizes]) {
   if constexpr (requires { Solid::meet(from, way, size); })
     return Solid::meet(from, way, size);
   else
@@ -132,8 +136,8 @@ HD RayMeeting<T> meet_solid(const Vec3<T>& from, const Vec3<T>& way, const T (&s
         from, way, [&](const Vec3<T>& p) __attribute__((always_inline)) { return Solid::sample(p, size); });
 }
 template <class Solid, class T>
-HD RayClearance<T> least_along_solid(const Vec3<T>& origin, const Vec3<T>& way, T a, T b,
-                                     const T (&size)[sdf::kMaxSizes]) {
+HD auto least_along_solid(const Vec3<T>& origin, const Vec3<T>& way, T a, T b,
+                          const T (&size)[sdf::kMaxSizes]) {
   if constexpr (requires { Solid::least_along(origin, way, a, b, size); })
     return Solid::least_along(origin, way, a, b, size);
   else

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "base/hd.h"
+#include "base/fast_math.h"
 
 namespace sdftrack::primitives {
 
@@ -20,6 +20,13 @@ struct Dual {
     out.d[i] = 1;
     return out;
   }
+
+  // Friends, so that they do not hide the functions of numbers.
+  friend HD Dual exp_negative(const Dual& a) {
+    const double value = std::exp(a.value);
+    return chain(value, value, a);
+  }
+  friend HD Dual log_positive(const Dual& a) { return chain(std::log(a.value), 1 / a.value, a); }
 };
 
 // f(a) and f(a, b) from the value and the derivatives with respect to a and b.

@@ -23,7 +23,7 @@ constexpr double kLostBeside = 0.65;
 // the rim stops 0.6 s inside the cloud's, and a haze of 4 % of its density stays out.
 constexpr double kCrowd = 0.1, kCrowdedSolid = 0.02;
 constexpr double kMaxLeverage = 0.9;  // of one measurement: more is rounding
-// Twice the nats that a length e times above its limit costs; a common error would gain hundreds.
+// Twice the nats that a size e times beyond its limit costs; a common error would gain hundreds.
 constexpr double kFar = 2e4;
 constexpr double kThin = 8;  // twice the nats that a length e times below its limit costs
 
@@ -34,9 +34,10 @@ double with_slack(const OutlineRay& ray, double clearance_m) {
 FloatSolid float_solid(const PrimitiveField& field, Vec3d origin) {
   const Rigidd& T = field.T_obj_cam;
   const auto f = [](double v) { return float(v); };
-  return {{T.R.r0.cast<float>(), T.R.r1.cast<float>(), T.R.r2.cast<float>()},
-          (T * origin).cast<float>(),
-          {f(field.size_m[0]), f(field.size_m[1]), f(field.size_m[2])}};
+  return {
+      {T.R.r0.cast<float>(), T.R.r1.cast<float>(), T.R.r2.cast<float>()},
+      (T * origin).cast<float>(),
+      {f(field.size_m[0]), f(field.size_m[1]), f(field.size_m[2]), f(field.size_m[3]), f(field.size_m[4])}};
 }
 
 }  // namespace
@@ -116,7 +117,7 @@ void PrimitiveEnergy::visit(const PrimitiveField& field, const optim::State& x, 
   SolidResidual r;
   if (!in_packs()) visit_points(field, add), visit_outline(field, add);
   if (view_->has_plane) {
-    const PrimitiveSize size{field.size_m[0], field.size_m[1], field.size_m[2]};
+    const PrimitiveSize size = std::to_array(field.size_m);
     const auto pull = [&](const SolidResidual& off, double sigma) {
       const double w = 1 / (sigma * sigma);
       add(
@@ -135,6 +136,14 @@ void PrimitiveEnergy::visit(const PrimitiveField& field, const optim::State& x, 
     double J[P] = {};
     J[6 + i] = 1;
     const double log_size = x.log_size[i];
+    if (!is_length(kind_, i)) {
+      const double least = std::log(sdf::kLeastExponent), most = std::log(sdf::kMostExponent);
+      const double beyond = std::min(0.0, log_size - least) + std::max(0.0, log_size - most);
+      add(
+          energies::Curve<double>{0.5 * kFar * beyond * beyond, kFar * beyond, beyond != 0 ? kFar : 0},
+          [] { return 0.0; }, J, 0.0);
+      continue;
+    }
     const double thin = o.thin_m > 0 ? std::min(0.0, log_size - std::log(o.thin_m)) : 0.0;
     const double far = o.far_m > 0 ? std::max(0.0, log_size - std::log(o.far_m)) : 0.0;
     const bool open = o.crowded && size_of(kind_, i).has_end && !has_apex(kind_);

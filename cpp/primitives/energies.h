@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The energy terms of a solid's pose and lengths. All have the unknowns of PrimitiveField.
+// The energy terms of a solid's pose and sizes. All have the unknowns of PrimitiveField.
 #pragma once
 
 #include "optim/energy.h"

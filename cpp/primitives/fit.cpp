@@ -12,10 +12,11 @@ namespace sdftrack::primitives {
 
 namespace {
 
-constexpr double kVague = 0.25;           // a length with a larger relative sd is not known
+constexpr double kVague = 0.25;           // a length with a larger relative sd, or an exponent, is not known
 constexpr std::size_t kTried = 4;         // guesses that are fitted
 constexpr std::size_t kRefined = 2;       // guesses that are refined
 constexpr std::size_t kMoreOfFew = 5;     // times as many of both for few points: more local minima
+constexpr std::size_t kMoreOfShapes = 4;  // times as many of both where exponents are unknown
 constexpr double kLogisticOfSd = 0.5513;  // sqrt(3) / pi: s of a density with sd 1
 constexpr double kMadToSd = 1.4826;
 constexpr double kMinScale_m = 2e-4, kMaxScale_m = 0.004;
@@ -34,6 +35,13 @@ constexpr double kStanding_m = 1e-4, kStanding = 0.2;  // m, and of the measurem
 constexpr double kUpright = 0.985, kLying = 0.174, kFlat = 12;
 constexpr double kRough = 0.3;  // nats: the least gain that a step of an early stage must promise
 constexpr double kLittle = 0.003, kSure = 0.1;  // nats: a step that gains less moves no unknown by 0.1 sd
+
+bool has_exponents(PrimitiveKind kind) { return kind == PrimitiveKind::kSuperquadric; }
+
+// How many times as many guesses are fitted and refined.
+std::size_t effort(PrimitiveKind kind, const SeedCloud& cloud) {
+  return cloud.sparse ? kMoreOfFew : has_exponents(kind) ? kMoreOfShapes : 1;
+}
 
 struct Candidate {
   optim::State x;
@@ -56,8 +64,8 @@ class Fitter {
         options_(options),
         diameter_m_(cloud.diameter_m),
         first_m_(std::max(kFirstScale_m, kFirstScale * cloud.diameter_m)),
-        tried_(cloud.sparse ? kMoreOfFew * kTried : kTried),
-        refined_(cloud.sparse ? kMoreOfFew * kRefined : kRefined),
+        tried_(effort(kind, cloud) * kTried),
+        refined_(effort(kind, cloud) * kRefined),
         few_(cloud.sparse),
         crowded_(!has_inside(kind)) {}
 
@@ -224,8 +232,13 @@ void count_inliers(const PrimitiveView& view, const PrimitiveFitOptions& options
 }
 
 PrimitiveSize PrimitiveFit::size() const {
-  PrimitiveSize out{1, 1, 1};
-  for (std::size_t i = 0; i < x.log_size.size(); ++i) out[i] = std::exp(x.log_size[i]);
+  PrimitiveSize out;
+  out.fill(1);
+  for (std::size_t i = 0; i < x.log_size.size(); ++i) {
+    out[i] = std::exp(x.log_size[i]);
+    // The penalty beyond its limits leaves an exponent there within a hundredth.
+    if (!is_length(kind, int(i))) out[i] = std::clamp(out[i], sdf::kLeastExponent, sdf::kMostExponent);
+  }
   return out;
 }
 
@@ -242,6 +255,17 @@ PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const 
       all.push_back({state_of(kind, guess), 0});
   if (all.empty()) return fit;
   Candidate best = fitter.coarse(std::move(all), initial != nullptr);
+  if (has_exponents(kind) && !initial) {
+    // Other shapes about the one found: octahedra and prisms are nearly the same with other axes and
+    // exponents.
+    std::vector<PrimitiveGuess> others;
+    fit.x = best.x;
+    reshape_superquadric(cloud, {best.x.T_obj_cam[0], fit.size()}, &others);
+    all.clear();
+    for (const PrimitiveGuess& guess : others) all.push_back({state_of(kind, guess), 0});
+    const Candidate other = fitter.coarse(std::move(all), false);
+    if (other.cost < best.cost) best = other;
+  }
   const PrimitiveEnergyOptions last = fitter.fine(&best);
   fit.x = best.x, fit.steps = fitter.steps(), fit.scale_m = last.scale_m, fit.unit_m = last.unit_m;
   fit.freedom = int(std::min(view.points.size(), std::size_t(last.points)) +
@@ -253,9 +277,9 @@ PrimitiveFit fit_primitive(PrimitiveKind kind, const PrimitiveView& view, const 
   find_bounds(view, doubtful, fitter.work(), &fit);
   for (int i = 0; i < size_count(kind); ++i) {
     const auto at = std::size_t(i);
-    fit.far[at] = fit.x.log_size[at] > std::log(kAtLimit * last.far_m);
-    if (!(fit.covariance(6 + i, 6 + i) < kVague * kVague) || fit.freedom <= kFreedomWithoutMean ||
-        fit.far[at])
+    fit.far[at] = is_length(kind, i) && fit.x.log_size[at] > std::log(kAtLimit * last.far_m);
+    const double vague = is_length(kind, i) ? kVague : kVague / fit.size()[at];
+    if (!(fit.covariance(6 + i, 6 + i) < vague * vague) || fit.freedom <= kFreedomWithoutMean || fit.far[at])
       fit.bounded[at] = false;
   }
   count_inliers(view, options, &fit);

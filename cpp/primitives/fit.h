@@ -25,9 +25,9 @@ struct PrimitiveFitOptions {
 struct PrimitiveFit {
   PrimitiveKind kind = PrimitiveKind::kSphere;
   optim::State x;
-  std::array<bool, sdf::kMaxSizes> bounded{false, false, false};
-  std::array<bool, sdf::kMaxSizes> far{false, false, false};  // the length has reached its limit
-  Eigen::MatrixXd covariance;  // over v, w (T_obj_cam's increment) and the logarithms of the lengths
+  std::array<bool, sdf::kMaxSizes> bounded{};
+  std::array<bool, sdf::kMaxSizes> far{};  // the length has reached its limit
+  Eigen::MatrixXd covariance;  // over v, w (T_obj_cam's increment) and the logarithms of the sizes
   double scale_m = 0;          // s of the measurements' residuals
   double unit_m = 1;           // see PrimitiveEnergyOptions
   double rms_m = 0;            // of the measurements within the tolerance

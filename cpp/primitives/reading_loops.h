@@ -24,13 +24,12 @@ struct LaneSolid {
   HD explicit LaneSolid(const FloatSolid& g)
       : R{g.R[0].template cast<L>(), g.R[1].template cast<L>(), g.R[2].template cast<L>()},
         t(g.t_m.template cast<L>()),
-        size{L(g.size_m[0]), L(g.size_m[1]), L(g.size_m[2])} {}
+        size{L(g.size_m[0]), L(g.size_m[1]), L(g.size_m[2]), L(g.size_m[3]), L(g.size_m[4])} {}
 
-  HD sdf::SolidSample<L> operator()(const Vec3<L>& p_obj) const {
-    return SolidTraits<kKind>::sample(p_obj, size);
-  }
+  HD auto operator()(const Vec3<L>& p_obj) const { return SolidTraits<kKind>::sample(p_obj, size); }
   // d phi / d unknowns.
-  HD void derivative(const RayPlace<L>& at, L (&J)[P]) const {
+  template <int N>
+  HD void derivative(const RayPlace<L, N>& at, L (&J)[P]) const {
     const Vec3<L> m = cross(at.p, at.s.grad);
     const L pose[6] = {at.s.grad.x, at.s.grad.y, at.s.grad.z, m.x, m.y, m.z};
     for (int j = 0; j < 6; ++j) J[j] = pose[j];
@@ -51,15 +50,16 @@ struct Readings {
   HD explicit Readings(const ReadingTerm& g)
       : given(g), solid(g.solid), per_s(g.per_s), inlier(1 - g.outlier_floor), floor(g.outlier_floor) {}
 
-  HD RayMeeting<L> look(int i, int n) const {
+  HD auto look(int i, int n) const {
     const Vec3<L> p =
         solid.R * Vec3<L>{load<L>(given.x_m + i, n), load<L>(given.y_m + i, n), load<L>(given.z_m + i, n)} +
         solid.t;
+    using Meeting = decltype(meet_solid<SolidTraits<kKind>>(p, p, solid.size));
     if (given.ray_x)
       return meet_solid<SolidTraits<kKind>>(
           p, solid.R * Vec3<L>{load<L>(given.ray_x + i, n), load<L>(given.ray_y + i, n), L(1)}, solid.size);
-    const RayPlace<L> at{p, solid(p)};
-    return {at.s.phi_m, L(1), at};
+    const auto s = solid(p);
+    return Meeting{s.phi_m, L(1), {p, s}};
   }
   HD L noise(int i, int n) const { return given.per_noise ? per_s * load<L>(given.per_noise + i, n) : per_s; }
   HD L value(int i, int n) const { return look(i, n).m; }
@@ -68,7 +68,7 @@ struct Readings {
         .cost;
   }
   HD energies::Contribution<L, P> linearize(int i, int n, Weighing weighing) const {
-    const RayMeeting<L> met = look(i, n);
+    const auto met = look(i, n);
     const L per = noise(i, n);
     const energies::Curve<L> c =
         energies::logistic_mixture(met.m, per, inlier, floor, energies::Curvature::kIrls);
@@ -93,10 +93,10 @@ struct Outline {
 
   HD explicit Outline(const OutlineTerm& g) : given(g), solid(g.solid) {}
 
-  HD RayClearance<L> look(int i, int n) const {
+  HD auto look(int i, int n) const {
     const Vec3<L> ray{load<L>(given.ray_x + i, n), load<L>(given.ray_y + i, n), L(1)};
-    RayClearance<L> out = least_along_solid<SolidTraits<kKind>>(
-        solid.t, solid.R * ray, load<L>(given.near_m + i, n), load<L>(given.far_m + i, n), solid.size);
+    auto out = least_along_solid<SolidTraits<kKind>>(solid.t, solid.R * ray, load<L>(given.near_m + i, n),
+                                                     load<L>(given.far_m + i, n), solid.size);
     out.m = out.m + load<L>(given.slack_m + i, n);
     return out;
   }
@@ -114,7 +114,7 @@ struct Outline {
   HD L value(int i, int n) const { return look(i, n).m; }
   HD L cost(int i, int n) const { return costs(value(i, n), i, n).curve.cost; }
   HD energies::Contribution<L, P> linearize(int i, int n, Weighing weighing) const {
-    const RayClearance<L> least = look(i, n);
+    const auto least = look(i, n);
     const OutlineCost<L> c = costs(least.m, i, n);
     energies::Contribution<L, P> row{c.curve.cost, c.curve.slope, c.curve.curvature, {}};
     if (weighing == Weighing::kSecond) row.curvature = c.second;

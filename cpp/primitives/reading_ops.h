@@ -18,8 +18,8 @@ enum class Weighing {
 };
 
 struct FloatSolid {
-  Vec3f R[3], t_m;  // T_obj_points: rows, translation
-  float size_m[sdf::kMaxSizes];
+  Vec3f R[3], t_m;               // T_obj_points: rows, translation
+  float size_m[sdf::kMaxSizes];  // exponents: without unit
 };
 
 // Bare points with the residual phi; with `ray_x`, points on rays with a residual along the ray.

@@ -29,11 +29,12 @@ void ray_residual(const PrimitiveField& field, Vec3d p_cam, SolidResidual* out) 
   if (in_closed_form) return;
   const Vec3d way = field.T_obj_cam.R * ((1 / p_cam.z) * p_cam);
   const Vec3d from = field.T_obj_cam * p_cam;
-  const RayMeeting<double> met = visit_solid(
-      field.kind, [&](auto solid) { return meet_solid<decltype(solid)>(from, way, field.size_m); });
-  field.derivative(met.at.p, met.at.s, out->J);
-  out->m = met.m;
-  for (double& j : out->J) j *= met.factor;
+  visit_solid(field.kind, [&](auto solid) {
+    const auto met = meet_solid<decltype(solid)>(from, way, field.size_m);
+    field.derivative(met.at.p, met.at.s, out->J);
+    out->m = met.m;
+    for (double& j : out->J) j *= met.factor;
+  });
 }
 
 void clearance(const PrimitiveField& field, const OutlineRay& ray, SolidResidual* out) {
@@ -44,14 +45,15 @@ void clearance(const PrimitiveField& field, const OutlineRay& ray, SolidResidual
   });
   if (in_closed_form) return;
   const Vec3d from = field.T_obj_cam.t, way = field.T_obj_cam.R * ray.ray;
-  const RayClearance<double> least = visit_solid(field.kind, [&](auto solid) {
-    return least_along_solid<decltype(solid)>(from, way, ray.near_m, ray.far_m, field.size_m);
+  visit_solid(field.kind, [&](auto solid) {
+    const auto least = least_along_solid<decltype(solid)>(from, way, ray.near_m, ray.far_m, field.size_m);
+    double low[PrimitiveField::P], high[PrimitiveField::P];
+    field.derivative(least.low.p, least.low.s, low);
+    field.derivative(least.high.p, least.high.s, high);
+    out->m = least.m;
+    for (int j = 0; j < PrimitiveField::P; ++j)
+      out->J[j] = least.share * low[j] + (1 - least.share) * high[j];
   });
-  double low[PrimitiveField::P], high[PrimitiveField::P];
-  field.derivative(least.low.p, least.low.s, low);
-  field.derivative(least.high.p, least.high.s, high);
-  out->m = least.m;
-  for (int j = 0; j < PrimitiveField::P; ++j) out->J[j] = least.share * low[j] + (1 - least.share) * high[j];
 }
 
 }  // namespace sdftrack::primitives

@@ -126,7 +126,8 @@ std::vector<PrimitiveGuess> guesses(PrimitiveKind kind, const SeedCloud& cloud, 
   visit_solid(kind, [&](auto solid) { solid.guess(cloud, seed, &out); });
   const double least = std::max(1e-4, 0.02 * cloud.diameter_m), most = 5 * cloud.diameter_m + 1e-3;
   for (PrimitiveGuess& guess : out)
-    for (double& length : guess.size) length = std::clamp(length, least, most);
+    for (int i = 0; i < size_count(kind); ++i)
+      if (is_length(kind, i)) guess.size[i] = std::clamp(guess.size[i], least, most);
   return out;
 }
 

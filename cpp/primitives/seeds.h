@@ -34,6 +34,9 @@ SeedCloud seed_cloud(const PrimitiveView& view);
 // Guesses for one kind, unsorted. The same `seed` gives the same guesses.
 std::vector<PrimitiveGuess> guesses(PrimitiveKind kind, const SeedCloud& cloud, unsigned seed);
 
+// Superquadrics of other exponents and with other axes for z, at the pose and in the proportions of one.
+void reshape_superquadric(const SeedCloud& cloud, const PrimitiveGuess& g, std::vector<PrimitiveGuess>* out);
+
 // Parts that the guesses of several kinds share, defined in seeds_*.cpp.
 void guess_boxes(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
 void guess_round_of_few(PrimitiveKind kind, const SeedCloud& cloud, std::vector<PrimitiveGuess>* out);

@@ -11,7 +11,7 @@ namespace sdftrack::primitives {
 
 // The kinds of shapes that are given by a formula. Centred at mid-height, axis along z, a cone's apex at +z;
 // a plane patch has its normal along z. A new kind needs a name here and its SolidTraits in solids.h.
-enum class PrimitiveKind { kSphere, kCylinder, kCone, kBox, kEllipsoid, kPlane, kEnd };
+enum class PrimitiveKind { kSphere, kCylinder, kCone, kBox, kEllipsoid, kPlane, kSuperquadric, kEnd };
 constexpr int kPrimitiveKinds = int(PrimitiveKind::kEnd);
 
 // How the lengths enter phi.
@@ -20,15 +20,16 @@ enum class Scaling {
   kPrinted,  // a unit solid under S = diag(s) (thesis Eq. 3.27): its field at S^-1 p, at the measured points
 };
 
-using PrimitiveSize = std::array<double, sdf::kMaxSizes>;  // m; lengths that a kind lacks are 1
+using PrimitiveSize =
+    std::array<double, sdf::kMaxSizes>;  // m, exponents without unit; sizes that a kind lacks are 1
 
 struct PrimitiveGuess;
 struct SeedCloud;
 
-// One length of a solid.
+// One length, or exponent, of a solid.
 struct SolidSize {
   const char* name;
-  int axis;      // of the object frame: an uncertain length leaves the centre uncertain along it
+  int axis;  // of the object frame: an uncertain length leaves the centre uncertain along it; -1: an exponent
   bool has_end;  // whether an unseen end leaves the length open: edges, heights; not radii
 };
 
@@ -42,7 +43,7 @@ struct SolidAxis {
 struct Reach {
   double reach_m;               // max of v . x over the solid
   Vec3d at;                     // a point where it is reached
-  double size[sdf::kMaxSizes];  // d reach / d lengths
+  double size[sdf::kMaxSizes];  // d reach / d sizes
 };
 
 // The point of the unit circle in the xy plane that is farthest towards `v`; `across`: v's length there.
@@ -61,10 +62,12 @@ struct SolidDefaults {
   static constexpr bool kEdges = true;
   // Whether phi is negative somewhere; otherwise there is no volume to track.
   static constexpr bool kInside = true;
+  // Whether the kinds that are compared for an object of unknown kind contain it.
+  static constexpr bool kInAuto = true;
 };
 
 // In addition to the members of SolidDefaults:
-//   kName, kSizes (SolidSize each), kAxes (SolidAxis of x, y and z)
+//   kName, kSizes (SolidSize each, lengths first), kAxes (SolidAxis of x, y and z)
 //   kUnknowns             unknowns that a view can show: a ball has no direction, a round body no rotation
 //   about its
 //                         axis
@@ -72,7 +75,7 @@ struct SolidDefaults {
 //   reach(v, size)        v of unit length, object frame
 //   guess(cloud, seed, guesses)
 // and, for some kinds,
-//   unit_sample(p)        of the solid that the printed form scales, if not the one with lengths 1
+//   unit_sample(p, size)  of the solid that the printed form scales, if not the one with lengths 1
 //   ray_residual, clearance   as in residuals.h, where phi does not lead a ray to the surface
 template <PrimitiveKind kKind>
 struct SolidTraits;

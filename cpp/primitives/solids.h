@@ -12,6 +12,7 @@
 #include "primitives/ellipsoid_ray.h"
 #include "primitives/solid_traits.h"
 #include "sdf/solid_ellipsoid.h"
+#include "sdf/solid_superquadric.h"
 #include "sdf/solids.h"
 
 namespace sdftrack::primitives {
@@ -101,7 +102,7 @@ struct SolidTraits<PrimitiveKind::kEllipsoid> : SolidDefaults {
   }
   // The unit solid is a ball, which is scaled.
   template <class T>
-  static HD sdf::SolidSample<T> unit_sample(Vec3<T> p) {
+  static HD sdf::SolidSample<T> unit_sample(Vec3<T> p, const T (&)[sdf::kMaxSizes]) {
     return sdf::sphere_sample(p, T(1));
   }
   static Reach reach(Vec3d v, const PrimitiveSize& s) {
@@ -127,7 +128,7 @@ struct SolidTraits<PrimitiveKind::kPlane> : SolidDefaults {
   static constexpr SolidSize kSizes[] = {{"width", 0, true}, {"height", 1, true}};  // along x and y
   static constexpr SolidAxis kAxes[3] = {{0, 0.5}, {1, 0.5}, {-1, 0}};
   static constexpr int kUnknowns = 8;
-  static constexpr bool kInside = false;
+  static constexpr bool kInside = false, kInAuto = false;
 
   template <class T>
   static HD sdf::SolidSample<T> sample(Vec3<T> p, const T (&size)[sdf::kMaxSizes]) {
@@ -183,20 +184,55 @@ struct SolidTraits<PrimitiveKind::kSphere> : SolidDefaults {
   static void guess(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
 };
 
+// Convex: its exponents are at most 2. Not compared with the other kinds, of which it contains most.
+template <>
+struct SolidTraits<PrimitiveKind::kSuperquadric> : SolidDefaults {
+  static constexpr const char* kName = "superquadric";
+  static constexpr SolidSize kSizes[] = {
+      {"rx", 0, true}, {"ry", 1, true}, {"rz", 2, true}, {"e1", -1, false}, {"e2", -1, false}};
+  static constexpr SolidAxis kAxes[3] = {{0, 1}, {1, 1}, {2, 1}};
+  static constexpr int kUnknowns = 11;
+  static constexpr bool kEdges = false, kInAuto = false;
+
+  template <class T>
+  static HD sdf::SolidSample<T, sdf::kMaxSizes> sample(Vec3<T> p, const T (&size)[sdf::kMaxSizes]) {
+    return sdf::superquadric_sample(p, size);
+  }
+  // The printed form scales a solid of the same exponents.
+  template <class T>
+  static HD sdf::SolidSample<T, sdf::kMaxSizes> unit_sample(Vec3<T> p, const T (&size)[sdf::kMaxSizes]) {
+    const T unit[sdf::kMaxSizes] = {T(1), T(1), T(1), size[3], size[4]};
+    return sdf::superquadric_sample(p, unit);
+  }
+  // The dual norm: half axes 1 / a and exponents 2 - e.
+  static Reach reach(Vec3d v, const PrimitiveSize& s) {
+    constexpr double kSharp = 1e-3;  // an exponent of 2 has the dual 0, a maximum
+    const sdf::SuperquadricNorm<double> h = sdf::superquadric_norm<double>(
+        {std::abs(v.x), std::abs(v.y), std::abs(v.z)}, {1 / s[0], 1 / s[1], 1 / s[2]},
+        std::max(kSharp, 2 - s[3]), std::max(kSharp, 2 - s[4]));
+    return {h.value,
+            {std::copysign(h.grad.x, v.x), std::copysign(h.grad.y, v.y), std::copysign(h.grad.z, v.z)},
+            {h.value * h.share[0] / s[0], h.value * h.share[1] / s[1], h.value * h.share[2] / s[2],
+             -h.value * h.log_by_e[0], -h.value * h.log_by_e[1]}};
+  }
+  static void guess(const SeedCloud& cloud, unsigned seed, std::vector<PrimitiveGuess>* out);
+};
+
 // The constants of SolidTraits<kind> as values.
 struct SolidFacts {
   const char* name;
   std::span<const SolidSize> sizes;
   std::span<const SolidAxis, 3> axes;
   int unknowns;
-  bool round, apex, edges, inside;
+  bool round, apex, edges, inside, in_auto;
 };
 
 template <PrimitiveKind kKind>
 constexpr SolidFacts facts_of() {
   using S = SolidTraits<kKind>;
   static_assert(std::size(S::kSizes) <= sdf::kMaxSizes);
-  return {S::kName, S::kSizes, S::kAxes, S::kUnknowns, S::kRound, S::kApex, S::kEdges, S::kInside};
+  return {S::kName, S::kSizes, S::kAxes,   S::kUnknowns, S::kRound,
+          S::kApex, S::kEdges, S::kInside, S::kInAuto};
 }
 
 template <int... k>
@@ -216,6 +252,7 @@ constexpr bool has_apex(PrimitiveKind kind) { return facts(kind).apex; }
 constexpr bool has_edges(PrimitiveKind kind) { return facts(kind).edges; }
 constexpr bool has_inside(PrimitiveKind kind) { return facts(kind).inside; }
 constexpr const SolidSize& size_of(PrimitiveKind kind, int i) { return facts(kind).sizes[i]; }
+constexpr bool is_length(PrimitiveKind kind, int i) { return size_of(kind, i).axis >= 0; }
 
 // Returns visit(SolidTraits<kind>{}).
 template <int k = 0, class Visit>
@@ -225,10 +262,21 @@ HD auto visit_solid(PrimitiveKind kind, const Visit& visit) {
   return visit(SolidTraits<static_cast<PrimitiveKind>(k)>{});
 }
 
+// A sample of any kind: derivatives by sizes that the kind lacks are 0.
 template <class T>
-HD sdf::SolidSample<T> exact_sample(PrimitiveKind kind, Vec3<T> p, const T (&size)[sdf::kMaxSizes]) {
+using AnySample = sdf::SolidSample<T, sdf::kMaxSizes>;
+
+template <class T, int N>
+HD AnySample<T> any_sample(const sdf::SolidSample<T, N>& s) {
+  AnySample<T> out{s.phi_m, s.grad, {}};
+  for (int i = 0; i < N; ++i) out.size[i] = s.size[i];
+  return out;
+}
+
+template <class T>
+HD AnySample<T> exact_sample(PrimitiveKind kind, Vec3<T> p, const T (&size)[sdf::kMaxSizes]) {
   return visit_solid(
-      kind, [&](auto solid) __attribute__((always_inline)) { return solid.sample(p, size); });
+      kind, [&](auto solid) __attribute__((always_inline)) { return any_sample(solid.sample(p, size)); });
 }
 
 inline Reach reach_of(PrimitiveKind kind, Vec3d v, const PrimitiveSize& s) {

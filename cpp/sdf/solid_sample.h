@@ -6,13 +6,17 @@
 
 namespace sdftrack::sdf {
 
-constexpr int kMaxSizes = 3;  // lengths of a solid
+constexpr int kMaxLengths = 3;  // of a solid
+constexpr int kMaxSizes = 5;    // its lengths, then the exponents of a superquadric
 
-template <class T>
+// N: the sizes that have a derivative; most solids have no more than three.
+template <class T, int N = kMaxLengths>
 struct SolidSample {
+  static constexpr int kSizes = N;
+
   T phi_m;
-  Vec3<T> grad;       // d phi / d p, object frame
-  T size[kMaxSizes];  // d phi / d lengths
+  Vec3<T> grad;  // d phi / d p, object frame
+  T size[N];     // d phi / d sizes
 };
 
 }  // namespace sdftrack::sdf

@@ -1069,6 +1069,7 @@ class PrimitiveKind(enum.Enum):
     ellipsoid: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.ellipsoid: 4>
     plane: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.plane: 5>
     sphere: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.sphere: 0>
+    superquadric: typing.ClassVar[PrimitiveKind]  # value = <PrimitiveKind.superquadric: 6>
 class PrimitiveView:
     """
     Depth measurements and edge pixels of an object, for fitting solids of unknown size.
@@ -1983,11 +1984,11 @@ def plane_noise(depth: numpy.ndarray, given: typing.Any, camera: Camera, beside:
     ...
 def primitive_clearance(kind: PrimitiveKind, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], T_obj_cam: numpy.ndarray, ray: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], near_m: typing.SupportsFloat | typing.SupportsIndex, far_m: typing.SupportsFloat | typing.SupportsIndex) -> tuple:
     """
-    -> least phi along a stretch of a ray (m), derivative by (v, w) and every length.
+    -> least phi along a stretch of a ray (m), derivative by (v, w) and every size.
     """
 def primitive_distances(kind: PrimitiveKind, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], points: numpy.ndarray, scaling: Scaling = ...) -> tuple:
     """
-    -> phi (N,), gradient (N, 3), derivative by every length (N, sizes).
+    -> phi (N,), gradient (N, 3), derivative by every size (N, sizes).
     """
 def primitive_kinds() -> list:
     """
@@ -1995,7 +1996,7 @@ def primitive_kinds() -> list:
     """
 def primitive_reach(kind: PrimitiveKind, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], direction: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]) -> tuple[float, typing.Annotated[list[float], "FixedSize(3)"], list[float]]:
     """
-    -> reach (m), point, derivative by every length.
+    -> reach (m), point, derivative by every size.
     """
 def primitive_sdf(kind: str, size: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], shape: typing.Annotated[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"], voxel_size: typing.SupportsFloat | typing.SupportsIndex, origin: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float32]:
     """

@@ -15,8 +15,13 @@ namespace {
 
 constexpr double kClearanceTol_m = 2e-6;  // a secant that would gain less is the last
 
-const double kSize[primitives::kPrimitiveKinds][sdf::kMaxSizes] = {
-    {0.05, 1, 1}, {0.04, 0.11, 1}, {0.06, 0.13, 1}, {0.10, 0.06, 0.08}, {0.05, 0.08, 0.035}, {0.12, 0.08, 1}};
+const double kSize[primitives::kPrimitiveKinds][sdf::kMaxSizes] = {{0.05},
+                                                                   {0.04, 0.11},
+                                                                   {0.06, 0.13},
+                                                                   {0.10, 0.06, 0.08},
+                                                                   {0.05, 0.08, 0.035},
+                                                                   {0.12, 0.08},
+                                                                   {0.08, 0.05, 0.06, 0.6, 1.3}};
 
 Vec3d point(int i) {
   const auto part = [&](double a) { return 0.24 * (std::fmod(0.5 + a * i, 1.0) - 0.5); };
@@ -34,8 +39,8 @@ TEST(Solids, a_kind_by_its_number_is_the_kind_by_its_traits) {
   static_assert(!primitives::has_inside(primitives::PrimitiveKind::kPlane));
   const auto& size = kSize[static_cast<int>(kCone)];
   for (int i = 1; i < 20; ++i) {
-    const sdf::SolidSample<double> own = Cone::sample(point(i), size),
-                                   by_number = primitives::exact_sample(kCone, point(i), size);
+    const sdf::SolidSample<double> own = Cone::sample(point(i), size);
+    const primitives::AnySample<double> by_number = primitives::exact_sample(kCone, point(i), size);
     EXPECT_EQ(own.phi_m, by_number.phi_m);
     EXPECT_EQ(own.grad.x, by_number.grad.x);
   }
@@ -189,8 +194,7 @@ struct Scene {
     up = (1 / norm(up)) * up;
     const Vec3d down = transpose(kPlace.R) * (-1.0 * up);
     view.has_plane = view.stands = true;
-    view.plane = {
-        up, primitives::reach_of(kind, down, {size()[0], size()[1], size()[2]}).reach_m - dot(up, kPlace.t)};
+    view.plane = {up, primitives::reach_of(kind, down, std::to_array(size())).reach_m - dot(up, kPlace.t)};
   }
   optim::State beside(double larger = 1.03) const {
     optim::State x;

@@ -25,6 +25,8 @@ def distance(kind: str, size: dict[str, float], points: Array) -> Array:
         return _round(kind, size, points)
     if kind == "plane":  # which has no inside
         return np.asarray(np.linalg.norm(points - _nearest_on_patch(points, size), axis=1))
+    if kind == "superquadric":
+        return np.array([_superquadric(p, size) for p in np.abs(points)])
     return np.array([_ellipsoid(p, np.array([size["rx"], size["ry"], size["rz"]])) for p in points])
 
 
@@ -79,6 +81,26 @@ def _ellipsoid(p: Array, a: Array) -> float:
     nearest = a**2 * p / (high + a**2)
     sign = 1 if ((p / a) ** 2).sum() > 1 else -1
     return float(sign * np.linalg.norm(p - nearest))
+
+
+def superquadric_norm(size: dict[str, float], points: Array) -> Array:
+    """1 on the surface, t at t times a point of it; of points (N, 3)."""
+    x, y, z = np.abs(points / [size["rx"], size["ry"], size["rz"]]).T
+    level = (x ** (2 / size["e2"]) + y ** (2 / size["e2"])) ** (size["e2"] / size["e1"])
+    return np.asarray((level + z ** (2 / size["e1"])) ** (size["e1"] / 2))
+
+
+def _superquadric(p: Array, size: dict[str, float]) -> float:
+    """The nearest of the surface's points in the first octant, by ever finer grids of directions about the best."""
+    middle, reach, nearest = np.full(2, np.pi / 4), np.pi / 4, np.inf
+    steps = np.stack(np.meshgrid(*[np.linspace(-1, 1, 33)] * 2), axis=-1).reshape(-1, 2)
+    for _ in range(30):
+        polar, turn = np.clip(middle + reach * steps, 0, np.pi / 2).T
+        way = np.column_stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)])
+        away = np.linalg.norm(p - way / superquadric_norm(size, way)[:, None], axis=1)
+        middle, nearest = np.array([polar, turn])[:, away.argmin()], min(nearest, away.min())
+        reach *= 0.5
+    return float(nearest if superquadric_norm(size, p[None])[0] > 1 else -nearest)
 
 
 def printed_field(kind: str, size: dict[str, float], points: Array) -> Array:

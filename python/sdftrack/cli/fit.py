@@ -23,7 +23,7 @@ HOW = "give its intrinsics by --camera FILE or --intrinsics fx,fy,cx,cy"
 
 @dataclass(frozen=True, kw_only=True)
 class Fit(Frames, Layout, Common):
-    """Fit a sphere, cylinder, cone, box, ellipsoid or plane patch of unknown size.
+    """Fit a sphere, cylinder, cone, box, ellipsoid, superquadric or plane patch of unknown size.
 
     Without --mask or --box, the sequence's own mask or the largest object on the table is used. Several frames are
     fitted sequentially, and their sizes averaged by information.
@@ -36,8 +36,8 @@ class Fit(Frames, Layout, Common):
         "Recorded sequence, point cloud in metres, or a depth image (16-bit PNG, .npy) with its camera.",
         "SEQ|CLOUD.ply|DEPTH.png",
     )
-    kind: Literal["auto", "sphere", "cylinder", "cone", "box", "ellipsoid", "plane"] = option(
-        "auto", "Kind of primitive; auto: the best solid; plane: a rectangle."
+    kind: Literal["auto", "sphere", "cylinder", "cone", "box", "ellipsoid", "plane", "superquadric"] = option(
+        "auto", "Kind of primitive; auto: the best solid but for superquadrics; plane: a rectangle."
     )
     mask: Path | None = option(None, "Mask of the object in the first depth image.", metavar="mask.png")
     box: str | None = option(

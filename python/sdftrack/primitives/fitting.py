@@ -50,16 +50,17 @@ def fit_primitive(
         Points on the surface, m, in any coordinate frame; up to about a third may be outliers. Or a frame with a depth
         image. Or an iterable of frames (a list, a `Sequence`) of one object: each is fitted starting from the pose in
         the previous frame, and the sizes are averaged by their information (thesis Eq. 3.23).
-    kind : {"sphere", "cylinder", "cone", "box", "ellipsoid", "plane", "auto"}
+    kind : {"sphere", "cylinder", "cone", "box", "ellipsoid", "plane", "superquadric", "auto"}
         ``"plane"`` is a patch: a rectangle without thickness, for a sheet, a door, a sign, a table top or one face of
         an object. ``"auto"`` selects the best solid by `PrimitiveFit.scores`; patches are excluded, because a patch
-        cannot be distinguished from a single visible face of a box, and has no distance volume.
+        cannot be distinguished from a single visible face of a box, and has no distance volume, and superquadrics,
+        which contain ellipsoids and nearly boxes and cylinders.
     camera : Camera or RGBDCamera, optional
         Camera of the frame. None: the frame's own.
     mask : (H, W) bool or uint8, optional
         Object mask aligned with the depth image; for several frames, that of the first one. None: the frame's own;
         without one, the largest connected piece above the dominant plane.
-    initial : PrimitiveFit or (T_cam_obj, {name: m}), optional
+    initial : PrimitiveFit or (T_cam_obj, {name: size}), optional
         Initial value, instead of guesses.
     seed : int
         Seed of the guesses; the same seed gives the same bits.

@@ -15,7 +15,7 @@ from sdftrack._internal.saved_file import array_of
 from sdftrack._internal.validation import of_kind, whole
 from sdftrack.camera import Camera, RGBDCamera
 from sdftrack.frame import Frame
-from sdftrack.primitives.result import PrimitiveFit, with_size
+from sdftrack.primitives.result import TABLE, PrimitiveFit, with_size
 from sdftrack.primitives.segmentation import (
     ON,
     SegmentedFrame,
@@ -293,7 +293,8 @@ def _another(found: PrimitiveFit, known: list[PrimitiveFit]) -> str:
     bounded = [any(f.bounded[name] for f in known) for name in found.size]
     for at, (name, length) in enumerate(found.size.items()):
         ratio = abs(np.log(length / middle[at]))
-        if found.bounded[name] and bounded[at] and ratio > np.log(MAX_RATIO):
+        known_length = found.bounded[name] and bounded[at] and TABLE[found.kind].is_length[at]
+        if known_length and ratio > np.log(MAX_RATIO):
             return (
                 f"another object: a {name} of {1e3 * length:.1f} mm where the previous frames have "
                 f"{1e3 * middle[at]:.1f} mm"
@@ -322,6 +323,7 @@ def _odd_ones(fits: dict[int, PrimitiveFit]) -> dict[int, str]:
     spread = 1.4826 * np.median(np.abs(sizes - middle), axis=0) + FLOOR_M
     sd = np.sqrt(np.array([np.diag(f.covariance)[6:] for f in fits.values()]))
     far: NDArray[np.bool_] = np.abs(sizes - middle) >= GATE * (spread + np.where(np.isfinite(sd), sd, np.inf))
+    far &= TABLE[next(iter(fits.values())).kind].is_length
     if far.any(axis=1).all():
         return {}
     out: dict[int, str] = {}

@@ -23,20 +23,28 @@ class Kind:
     """One kind."""
 
     name: str
-    sizes: tuple[str, ...]  # names of its lengths, m; in the order of the covariance's columns
+    sizes: tuple[
+        str, ...
+    ]  # names of its lengths, m, then its exponents; the order of the covariance's columns
     size_axes: tuple[
         int, ...
-    ]  # of each length, the axis along which the centre is uncertain if the length is
+    ]  # of each length, the axis along which the centre is uncertain if the length is; -1: an exponent
     extent: tuple[
         tuple[int, float], ...
     ]  # along x, y, z: index of the length (-1: none), its share on either side
     unknowns: int  # that a view can determine: a ball has no orientation, a round body no turn about its axis
     has_inside: bool  # and so a distance volume
+    in_auto: bool  # whether kind="auto" compares it
 
     @property
     def member(self) -> _core.PrimitiveKind:
         """The member in the core."""
         return _core.PrimitiveKind.__members__[self.name]
+
+    @property
+    def is_length(self) -> NDArray[np.bool_]:
+        """Which sizes are lengths; the others are exponents."""
+        return np.array(self.size_axes) >= 0
 
     def half_extent(self, lengths: list[float]) -> list[float]:
         """Distance from the centre to the farthest point along x, y and z, m."""
@@ -45,7 +53,7 @@ class Kind:
 
 TABLE = {kind["name"]: Kind(**kind) for kind in _core.primitive_kinds()}
 KINDS = tuple(TABLE)
-SOLIDS = tuple(name for name, kind in TABLE.items() if kind.has_inside)
+SOLIDS = tuple(name for name, kind in TABLE.items() if kind.in_auto)
 SIZES = {name: kind.sizes for name, kind in TABLE.items()}
 FREE = {name: kind.unknowns for name, kind in TABLE.items()}
 
@@ -56,7 +64,7 @@ class PrimitiveFit(Compared):
 
     Attributes
     ----------
-    kind : {"sphere", "cylinder", "cone", "box", "ellipsoid", "plane"}
+    kind : {"sphere", "cylinder", "cone", "box", "ellipsoid", "plane", "superquadric"}
     T_cam_obj : (4, 4) float64
         Maps object to camera (for points: to their frame), m. Origin at the centre, axis along z, a cone's apex at +z,
         a patch's normal along z and towards the camera.
@@ -64,11 +72,14 @@ class PrimitiveFit(Compared):
         Lengths, m: ``radius`` of a sphere; ``radius`` and ``height`` of a cylinder or cone; the full edges ``x``,
         ``y``, ``z`` of a box; the radii ``rx``, ``ry``, ``rz`` of an ellipsoid, both in descending order unless an
         initial value has named the axes; ``width`` (along x) and
-        ``height`` (along y) of a plane patch, in either order.
+        ``height`` (along y) of a plane patch, in either order. Of a superquadric the half axes ``rx`` >= ``ry``, ``rz``
+        and the exponents ``e1``, ``e2``, without unit: |x / rx|^(2 / e2) + |y / ry|^(2 / e2) to the power e2 / e1, plus
+        |z / rz|^(2 / e1), is 1.
     covariance : (6 + n, 6 + n) float64
         First the pose, (x, y, z, rx, ry, rz) in m and rad about the origin in camera axes as in `TrackResult`, then
-        the n lengths in the order of `size`, m. A length that is not bounded has infinite variance, and its value is a
-        lower bound given by the observation; unobservable rotations have (pi rad)^2.
+        the n sizes in the order of `size`. A length that is not bounded has infinite variance, and its value is a
+        lower bound given by the observation; so has an exponent that is not determined. Unobservable rotations have
+        (pi rad)^2.
     rms : float
         RMS distance (m) of the measurements within 3 mm of the surface (more beyond 1 m: depth noise grows with the
         square).
@@ -145,7 +156,7 @@ class PrimitiveFit(Compared):
 
     @property
     def bounded(self) -> dict[str, bool]:
-        """Which lengths are bounded by the measurements."""
+        """Which sizes are bounded by the measurements."""
         return dict(zip(self.size, np.isfinite(np.diag(self.covariance)[6:]).tolist(), strict=True))
 
     @property
@@ -153,13 +164,18 @@ class PrimitiveFit(Compared):
         """Whether the status is ``"ok"``."""
         return self.status is Status.OK
 
+    def sizes_in_words(self, sd: NDArray[np.float64] | None = None) -> str:
+        """Lengths in mm and exponents, with their standard deviations if given."""
+        words = []
+        for i, (name, value) in enumerate(self.size.items()):
+            scale, digits, unit = (1e3, 1, " mm") if TABLE[self.kind].is_length[i] else (1.0, 2, "")
+            spread = "" if sd is None else f" +- {scale * sd[i]:.{digits}f}"
+            words.append(f"{name} {scale * value:.{digits}f}{spread}{unit}")
+        return ", ".join(words)
+
     def __repr__(self) -> str:
-        sd = np.sqrt(np.diag(self.covariance)[6:]) * 1e3
-        lengths = ", ".join(
-            f"{name} {1e3 * value:.1f} +- {s:.1f} mm"
-            for (name, value), s in zip(self.size.items(), sd, strict=True)
-        )
-        return f"PrimitiveFit({self.kind}: {lengths}; rms {1e3 * self.rms:.1f} mm, {self.status.value})"
+        sizes = self.sizes_in_words(np.sqrt(np.diag(self.covariance)[6:]))
+        return f"PrimitiveFit({self.kind}: {sizes}; rms {1e3 * self.rms:.1f} mm, {self.status.value})"
 
     def to_dict(self) -> dict[str, object]:
         """Convert to lists and numbers for JSON; None for non-finite values."""

@@ -262,8 +262,9 @@ def mask_near(
     held = [int(np.count_nonzero(away[piece] < NEAR_M)) for piece in found]
     if not max(held):
         nearest = [float(away[piece].min()) for piece in found]
+        longest = float(np.array(lengths)[TABLE[kind].is_length].max())
         k = int(np.argmin(nearest))
-        return None if nearest[k] > max(2 * max(lengths), NEAR_M) else (found[k], found[k])
+        return None if nearest[k] > max(2 * longest, NEAR_M) else (found[k], found[k])
     k = int(np.argmax(held))
     piece = found[k]
     if held[k] >= ALONE * np.count_nonzero(piece):

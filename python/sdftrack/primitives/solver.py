@@ -19,6 +19,7 @@ WEAK_INLIERS, LOST_INLIERS = 0.6, 0.2
 # cylinders have 0.73 or more, other recorded objects 0.40 to 0.74 (docs/results/primitives.md).
 LIKE_IT = 0.72
 ENDLESS_M = 100.0  # of a length that was found: nothing before a depth camera is as long
+EXPONENTS = (0.1, 2.0)  # of a superquadric (the core's kLeastExponent, kMostExponent)
 MIN_M, MAX_M = 1e-7, 1e6  # of a start's lengths: beyond them nothing is left of a float's digits
 FARTHEST = 2  # a length is at most so many extents of the measurements (the core's kFarthest)
 UNTOLD = 2  # measurements more than unknowns, up to which their spread tells no variance (the core's kUntold)
@@ -58,11 +59,15 @@ class FitRequest:
             raise ValueError(
                 f"initial: expected the lengths {', '.join(names)} of a {kind}, got {list(initial[1])}"
             )
-        lengths = [number(initial[1][name], "initial") for name in names]
-        if not all(MIN_M <= v <= MAX_M for v in lengths):
-            raise ValueError(f"initial: expected lengths above 0 m ({MIN_M:g} to {MAX_M:g} m), got {lengths}")
+        sizes = np.array([number(initial[1][name], "initial") for name in names])
+        lengths, exponents = sizes[TABLE[kind].is_length], sizes[~TABLE[kind].is_length]
+        if not ((lengths >= MIN_M) & (lengths <= MAX_M)).all():
+            got = lengths.tolist()
+            raise ValueError(f"initial: expected lengths above 0 m ({MIN_M:g} to {MAX_M:g} m), got {got}")
+        if not ((EXPONENTS[0] <= exponents) & (exponents <= EXPONENTS[1])).all():
+            raise ValueError(f"initial: expected exponents of 0.1 to 2, got {exponents.tolist()}")
         self.pose = rigid_pose(initial[0], "initial")
-        self.size, self.kinds = lengths, (kind,)
+        self.size, self.kinds = sizes.tolist(), (kind,)
 
     @property
     def flat(self) -> bool:
@@ -96,16 +101,21 @@ def solve(view: Any, request: FitRequest) -> PrimitiveFit:
     scores = _scores(found)
     best = next(iter(scores))
     answer = found[best]
-    if request.pose is None and len(SIZES[best]) == 3:  # a start has named its axes
-        answer = descending(answer)
+    if request.pose is None and len(SIZES[best]) >= 3:  # a start has named its axes
+        answer = descending(answer, 3 if len(SIZES[best]) == 3 else 2)
     return _result(best, answer, scores)
 
 
 def unbounded(names: list[str]) -> str:
-    """The reason for a fit in which only these lengths are not bounded; empty if there are none."""
-    return (
-        f"the observation does not bound {' and '.join(names)}: the value is a lower bound" if names else ""
-    )
+    """The reason for a fit in which only these sizes are not bounded; empty if there are none."""
+    exponents = [name for name in names if name in ("e1", "e2")]
+    lengths = [name for name in names if name not in exponents]
+    parts = []
+    if lengths:
+        parts.append(f"the observation does not bound {' and '.join(lengths)}: the value is a lower bound")
+    if exponents:
+        parts.append(f"the observation does not determine {' and '.join(exponents)}")
+    return "; ".join(parts)
 
 
 def _scores(found: dict[str, dict[str, Any]]) -> dict[str, float]:
@@ -135,8 +145,9 @@ def _result(kind: str, answer: dict[str, Any], scores: dict[str, float]) -> Prim
         covariance[6 + i, :] = covariance[:, 6 + i] = 0
         covariance[6 + i, 6 + i] = np.inf
         # Where its ends are not known, nor is the middle between them.
-        axis = T[:3, TABLE[kind].size_axes[i]]
-        covariance[:3, :3] += answer["size"][i] ** 2 * np.outer(axis, axis)
+        if TABLE[kind].is_length[i]:
+            axis = T[:3, TABLE[kind].size_axes[i]]
+            covariance[:3, :3] += answer["size"][i] ** 2 * np.outer(axis, axis)
     status, reason = Status.OK, ""
     inliers = float(answer["inliers"])
     if endless:
@@ -145,7 +156,7 @@ def _result(kind: str, answer: dict[str, Any], scores: dict[str, float]) -> Prim
     elif inliers < WEAK_INLIERS:
         status = Status.LOST if inliers < LOST_INLIERS else Status.WEAK
         reason = f"only {100 * inliers:.0f} % of the depth measurements are on its surface"
-    elif kind in SOLIDS and inliers * answer["outline"] < LIKE_IT:
+    elif TABLE[kind].has_inside and inliers * answer["outline"] < LIKE_IT:
         status = Status.WEAK
         reason = (
             f"it may be none of these solids: {100 * inliers:.0f} % of the depth measurements are on the surface of "
@@ -172,15 +183,16 @@ def _result(kind: str, answer: dict[str, Any], scores: dict[str, float]) -> Prim
     )  # fmt: skip
 
 
-# -- One order for the axes of a solid that has three of its own: a box, an ellipsoid
+# -- One order for the axes of a solid that has three of its own: a box, an ellipsoid, a superquadric
 
 
-def descending(answer: dict[str, Any]) -> dict[str, Any]:
-    """The core's answer with its axes renamed: x along the longest length, z along the shortest."""
+def descending(answer: dict[str, Any], alike: int) -> dict[str, Any]:
+    """The core's answer with its axes renamed: x along the longest of the first `alike` lengths, and so on."""
     # Of the four turns that give the same solid, the one whose z points towards the camera and whose x points to the
     # right of the image. Pose covariances are in camera axes and do not change.
     size = np.asarray(answer["size"])
-    order = np.argsort(-size, kind="stable")
+    order = np.arange(len(size))
+    order[:alike] = np.argsort(-size[:alike], kind="stable")
     T = np.array(answer["T_cam_obj"])
     x, z = T[:3, order[0]], T[:3, order[2]]
     x, z = x if x[0] >= 0 else -x, z if z[2] <= 0 else -z

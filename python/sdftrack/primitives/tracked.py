@@ -39,7 +39,7 @@ class Primitive:
 
     Parameters
     ----------
-    kind : {"auto", "sphere", "cylinder", "cone", "box", "ellipsoid", "plane"}
+    kind : {"auto", "sphere", "cylinder", "cone", "box", "ellipsoid", "plane", "superquadric"}
         A plane patch has no inside, so a plate hidden behind it is tracked instead (`PrimitiveFit.plate`).
     voxels : int
         Number of voxels along the longest side of the volume.
@@ -141,8 +141,10 @@ class FreeSize:
         if fit.status is Status.LOST or not self._plausible(fit):
             return None
         self._note(fit)
-        size = np.array(list(self.fit.size.values()))
-        if self._shown is not None and np.abs(size - self._shown).max() <= self._voxel_m:
+        size, is_length = np.array(list(self.fit.size.values())), TABLE[self.fit.kind].is_length
+        # An exponent moves the surface by at most half of log 2 of a half axis (docs/math/primitives.md, section 9).
+        reach = np.where(is_length, 1.0, 0.35 * size[is_length].max())
+        if self._shown is not None and (reach * np.abs(size - self._shown)).max() <= self._voxel_m:
             return None
         return self.volume()
 
@@ -156,7 +158,7 @@ class FreeSize:
     def _plausible(self, fit: PrimitiveFit) -> bool:
         """Reject implausible sizes: a hand over the object makes it appear smaller or larger."""
         assert self.fit is not None
-        bounded = np.array(list(self.fit.bounded.values()))
+        bounded = np.array(list(self.fit.bounded.values())) & TABLE[self.fit.kind].is_length
         ratio = np.array(list(fit.size.values())) / np.array(list(self.fit.size.values()))
         return bool((np.abs(np.log(ratio[bounded])) < np.log(1.5)).all()) and fit.inliers > 0.6
 

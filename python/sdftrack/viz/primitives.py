@@ -40,11 +40,22 @@ def wires(kind: str, size: dict[str, float]) -> list[Array]:
         ends = [low] if kind == "cone" else [low, top]
         sides = range(0, RING, RING // 8)
         return ends + [np.array([low[i], top[0] if kind == "cone" else top[i]]) for i in sides]
-    radii = np.array([size["radius"]] * 3 if kind == "sphere" else [size["rx"], size["ry"], size["rz"]])
+    radii = np.array(
+        [size["radius"]] * 3 if kind == "sphere" else [size[name] for name in ("rx", "ry", "rz")]
+    )
     out = [np.column_stack([c, s, o]), np.column_stack([c, o, s]), np.column_stack([o, c, s])]
     for z in (-0.5, 0.5):
         out.append(np.column_stack([np.sqrt(1 - z * z) * c, np.sqrt(1 - z * z) * s, o + z]))
+    if kind == "superquadric":
+        out = [line / _norm(np.abs(line), size["e1"], size["e2"]) for line in out]
     return [line * radii for line in out]
+
+
+def _norm(p: Array, e1: float, e2: float) -> Array:
+    """The norm (K, 1) whose unit ball is the superquadric of half axes 1, at points (K, 3), coordinates positive."""
+    level = (p[:, 0] ** (2 / e2) + p[:, 1] ** (2 / e2)) ** (e2 / 2)
+    out: Array = (level ** (2 / e1) + p[:, 2] ** (2 / e1)) ** (e1 / 2)
+    return out[:, None]
 
 
 def _moved(line: NDArray[Any], T: NDArray[Any]) -> Array:
@@ -78,7 +89,7 @@ def draw_primitives(frame: Any, fits: Sequence[PrimitiveFit], camera: Any) -> ND
 
 
 def _said(fit: PrimitiveFit) -> str:
-    return f"{fit.kind}: {', '.join(f'{name} {1e3 * value:.1f} mm' for name, value in fit.size.items())}"
+    return f"{fit.kind}: {fit.sizes_in_words()}"
 
 
 def plot_cloud(points: NDArray[Any], fit: PrimitiveFit) -> Any:
