@@ -58,15 +58,16 @@ BallColor moving(const std::vector<py::array>& colors) {
   return BallColor(calibration::moving_color(images));
 }
 
-std::vector<DepthBall> search(const BallFinder& self, const py::array& depth) {
+std::vector<DepthBall> search(const BallFinder& self, const py::array& depth, const py::object& given) {
   const ImageView<float> image = image_view(depth, "depth", self.camera());
+  const float* const given_m = given_view(given, self.camera());
   const ReleaseGil release;
-  return self.search(image);
+  return self.search(image, given_m);
 }
 
 py::object fit(const BallFinder& self, const py::array& depth, const Vec3d& start) {
   const ImageView<float> image = image_view(depth, "depth", self.camera());
-  const std::optional<DepthBall> found = unlocked([&] { return self.fit(image, start); });
+  const std::optional<DepthBall> found = unlocked([&] { return self.fit(image, nullptr, start); });
   return found ? py::cast(*found) : py::none();
 }
 
@@ -121,7 +122,7 @@ void bind_ball(py::module_& m) {
       .def(py::init<const Camera&, double>(), "camera"_a, "radius_m"_a)
       .def("fit", &fit, "depth"_a, "start_cam"_a,
            "A DepthBall near a start (m); None where the measurements are not of a ball.")
-      .def("search", &search, "depth"_a, "The most completely visible first.");
+      .def("search", &search, "depth"_a, "given"_a = py::none(), "The most completely visible first.");
   py::class_<ObservedFrame>(m, "ObservedFrame", "Candidates of the ball in a frame's two images.")
       .def(py::init([](std::int64_t index, double time_s, const std::vector<DepthBall>& balls,
                        const std::vector<Outline>& outlines) {

@@ -126,7 +126,7 @@ class OutlineFinder {
   }
 
   void look_lost(int x, int y) {
-    if (frame_.depth_m(x, y) > 0 || !is_beside(x, y, kLost_px)) return;
+    if (frame_.depth_m(x, y) > 0 || label(x, y) == Label::kUnknown || !is_beside(x, y, kLost_px)) return;
     const double z = nearest_on(x, y, kLost_px);
     if (std::isfinite(z)) add(x, y, z - kStretch_m, z + kStretch_m, z, Sight::kLost);
   }

@@ -15,8 +15,8 @@ enum class Label : std::uint8_t { kOff = 0, kOn = 1, kUnknown = 2 };  // does a 
 // may hide it and is left out. Where the depth continues without a step (the table at its foot, an object
 // that it touches) the solid only must not reach far into that surface. On a steep ramp of depth the ray
 // counts as free up to a little before the measurement, since that may be a face of the object. Pixels
-// without a measurement between the object and its background are marked (Sight::kLost). Any first part of
-// the result is spread over the whole outline.
+// without a measurement between the object and its background are marked (Sight::kLost), unless they are
+// labelled as unknown. Any first part of the result is spread over the whole outline.
 std::vector<OutlineRay> outline_rays(const frame::DepthFrame& frame, const Camera& camera,
                                      const std::uint8_t* labels, int reach_px);
 

@@ -31,6 +31,7 @@ COLUMNS = {
     "mean error": "error:.3f",
     "unit": "unit",
     "by holes %": "more:+.0f",
+    "by missing %": "limit:+.0f",
     "median by holes %": "median:+.0f",
     "ok %": "ok:.1f",
     "in 95 %": "inside:.0f",
@@ -130,6 +131,7 @@ def rows_of(entry: str, unit: str, runs: list[list[Case]]) -> Iterator[Case]:
         row = {"name": f"{entry}, {every or 'none'}", "runs": len(runs), "unit": unit}
         row["error"] = float(errors[:, k].mean())
         if every:
+            row["limit"] = 100 * (every / (every - 1) - 1)  # square root of the measurements over those left
             row["more"] = 100 * float(errors[:, k].mean() / errors[:, 0].mean() - 1)
             row["median"] = 100 * float(np.median(errors[:, k] / errors[:, 0]) - 1)
         for key in ("ok", "inside"):
@@ -159,7 +161,8 @@ def lattice(
 
     "track" and "reconstruct" are rendered objects before a wall, 0.7 m away, on two paths, with 1 mm and with a
     Kinect's noise; "fit" is a can, "planes" the wall, "calibrate" a cube swept through the image with 1 mm of noise.
-    "by holes" compares the mean errors of all runs, "median by holes" is the median over the runs, each with its own.
+    "by holes" compares the mean errors of all runs, "median by holes" is the median over the runs, each with its own;
+    "by missing" is what independent errors grow by where so many measurements are missing.
 
     Parameters
     ----------

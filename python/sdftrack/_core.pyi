@@ -35,7 +35,7 @@ class BallFinder:
         """
         A DepthBall near a start (m); None where the measurements are not of a ball.
         """
-    def search(self, depth: numpy.ndarray) -> list[DepthBall]:
+    def search(self, depth: numpy.ndarray, given: typing.Any = None) -> list[DepthBall]:
         """
         The most completely visible first.
         """

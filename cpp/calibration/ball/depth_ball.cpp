@@ -79,8 +79,8 @@ Vec3d BallFinder::ray(int u, int v) const {
 }
 
 // Empty if there are too few.
-std::optional<BallFinder::Gated> BallFinder::gated(const ImageView<float>& depth, Vec3d center_cam,
-                                                   double gate_m) const {
+std::optional<BallFinder::Gated> BallFinder::gated(const ImageView<float>& depth, const float* given_m,
+                                                   Vec3d center_cam, double gate_m) const {
   const Vec2d px = camera_.project_point(center_cam);
   const double focal = std::max(camera_.K.fx, camera_.K.fy);
   const double reach = 1.2 * focal * radius_m_ / std::max(center_cam.z - radius_m_, 0.02) + 1;
@@ -90,7 +90,8 @@ std::optional<BallFinder::Gated> BallFinder::gated(const ImageView<float>& depth
   for (int v = to_int_within(px.y - reach, 0, depth.height); v < y1; ++v)
     for (int u = to_int_within(px.x - reach, 0, depth.width); u < x1; ++u) {
       const SphereHit hit = hit_sphere(ray(u, v), center_cam, radius_m_);
-      if (!(hit.cosine > kMinCosine)) continue;
+      const bool filled = given_m && depth(u, v) > 0 && !(given_m[std::ptrdiff_t(v) * depth.width + u] > 0);
+      if (filled || !(hit.cosine > kMinCosine)) continue;
       ++out.facing;
       const double r = double(depth(u, v)) - hit.z;
       if (!(depth(u, v) > 0) || !(std::abs(r) < gate_m)) continue;
@@ -100,7 +101,8 @@ std::optional<BallFinder::Gated> BallFinder::gated(const ImageView<float>& depth
   return out;
 }
 
-std::optional<DepthBall> BallFinder::fit(const ImageView<float>& depth, Vec3d start_cam) const {
+std::optional<DepthBall> BallFinder::fit(const ImageView<float>& depth, const float* given_m,
+                                         Vec3d start_cam) const {
   Vec3d center = start_cam;
   double noise = 0.002;
   Step last;
@@ -108,7 +110,7 @@ std::optional<DepthBall> BallFinder::fit(const ImageView<float>& depth, Vec3d st
   for (const Stage& stage : kStages)
     for (int k = 0; k < stage.steps; ++k) {
       const double gate = std::max(stage.gate_radii * radius_m_, kTukeyReach * noise);
-      const std::optional<Gated> near = gated(depth, center, gate);
+      const std::optional<Gated> near = gated(depth, given_m, center, gate);
       if (!near) return std::nullopt;
       noise = std::max(sd_by_median(near->residual), kNoiseFloor_m);
       last = near->step(noise), facing = near->facing;
@@ -137,7 +139,7 @@ double BallFinder::free_around(const ImageView<float>& depth, Vec3d center_cam) 
   return double(free) / kOnRim;
 }
 
-std::vector<DepthBall> BallFinder::search(const ImageView<float>& depth) const {
+std::vector<DepthBall> BallFinder::search(const ImageView<float>& depth, const float* given_m) const {
   const std::vector<float> smooth = median5(depth);
   std::vector<NearestPoint> points =
       nearest_points({smooth.data(), depth.width, depth.height}, camera_, radius_m_);
@@ -147,7 +149,7 @@ std::vector<DepthBall> BallFinder::search(const ImageView<float>& depth) const {
         *std::max_element(points.begin(), points.end(),
                           [](const NearestPoint& a, const NearestPoint& b) { return a.score < b.score; });
     const Vec3d d = ray(best.u, best.v);
-    const std::optional<DepthBall> ball = fit(depth, (best.z + radius_m_ / norm(d)) * d);
+    const std::optional<DepthBall> ball = fit(depth, given_m, (best.z + radius_m_ / norm(d)) * d);
     if (ball && std::none_of(found.begin(), found.end(), [&](const DepthBall& f) {
           return norm(f.center_cam - ball->center_cam) < radius_m_;
         }))

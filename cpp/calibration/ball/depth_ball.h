@@ -34,16 +34,19 @@ class BallFinder {
 
   const Camera& camera() const { return camera_; }
   // Fits from a start within about half a radius; empty if the measurements are not of a ball.
-  std::optional<DepthBall> fit(const ImageView<float>& depth, Vec3d start_cam) const;
+  // given_m: the depth before holes of a registration were filled; nullptr: the same. What was filled is no
+  // measurement: across a hole it lies behind the ball.
+  std::optional<DepthBall> fit(const ImageView<float>& depth, const float* given_m, Vec3d start_cam) const;
   // All regions with the ball's shape and size, the most completely visible first; they may include round
   // objects of the background. Every fourth pixel is tested as the nearest point of a ball: depth on three
   // rings must match a sphere, and a ring around it must lie behind. The best ones are fitted.
-  std::vector<DepthBall> search(const ImageView<float>& depth) const;
+  std::vector<DepthBall> search(const ImageView<float>& depth, const float* given_m) const;
 
  private:
   struct Gated;
   Vec3d ray(int u, int v) const;
-  std::optional<Gated> gated(const ImageView<float>& depth, Vec3d center_cam, double gate_m) const;
+  std::optional<Gated> gated(const ImageView<float>& depth, const float* given_m, Vec3d center_cam,
+                             double gate_m) const;
   double free_around(const ImageView<float>& depth, Vec3d center_cam) const;
 
   Camera camera_;

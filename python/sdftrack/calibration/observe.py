@@ -70,7 +70,7 @@ def watch(
         else:
             assert model is not None
             mask = model.mask(color)
-        balls = finder.search(np.ascontiguousarray(frame.depth))
+        balls = finder.search(np.ascontiguousarray(frame.depth), frame._given)
         outlines = _core.find_outlines(color, mask, eye._core, seed)
         time = float("nan") if frame.timestamp is None else frame.timestamp
         too_small = 0.0 if outlines else _core.too_small_radius_px(mask)

@@ -78,13 +78,16 @@ class SegmentedFrame:
 
     def labels(self, mask: NDArray[np.bool_], own_foot: bool) -> NDArray[np.uint8]:
         """Label of each pixel for the object in `mask`. `own_foot`: adjacent low measurements may belong to it."""
-        if not own_foot:  # nothing outside the mask: a window is enough
+        if own_foot:
+            labels = self._labels(mask, True)
+        else:  # nothing outside the mask: a window is enough
             rows, columns = _window(mask)
             labels = np.full(self.depth.shape, OFF, np.uint8)
             part = replace(self, depth=self.depth[rows, columns], points=self.points[rows, columns])
             labels[rows, columns] = part._labels(mask[rows, columns], False)
-            return labels
-        return self._labels(mask, True)
+        if self.frame._given is not None:
+            labels[self.frame._given == 0] = UNKNOWN  # filled: across a round surface it lies behind it
+        return labels
 
     def _labels(self, mask: NDArray[np.bool_], own_foot: bool) -> NDArray[np.uint8]:
         height, growth = self.heights(), self.growth
