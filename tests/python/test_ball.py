@@ -17,6 +17,14 @@ FINDER = _core.BallFinder(DEPTH._core, RADIUS_M)
 
 def test_the_fit_in_exact_depth_finds_the_centre():
     scene, frames = recorded(8, noise=None, seed=3)
+    for frame, center in zip(frames, scene.centers_cam, strict=True):
+        ball = FINDER.fit(frame.depth, center + np.array([0.015, -0.01, 0.02]))
+        assert np.abs(ball.center_cam - center).max() < EXACT_FIT_M
+
+
+@pytest.mark.parametrize("every", [3, 4, 5])
+def test_what_was_filled_in_a_lattice_of_holes_moves_no_ball(every):
+    scene, frames = recorded(8, noise=None, seed=3)
     found = 0
     for frame, center in zip(frames, scene.centers_cam, strict=True):
         depth = frame.depth.copy()
