@@ -570,8 +570,9 @@ def test_every_entry_works_with_a_lattice_of_holes(scene, every):
         st.remove_plane(frames[0], seq.camera)[1], st.remove_plane(seq[0], seq.camera)[1], strict=True
     ):
         assert np.allclose(got, want, atol=0.002)
-    fits = [st.fit_primitive(f, "ellipsoid", camera=seq.camera, mask=mask) for f in (frames[0], seq[0])]
-    assert fits[0].status == fits[1].status
+    # A duck is no ellipsoid, through holes neither. Solids seen through holes: test_primitives.py.
+    for seen in (frames[0], seq[0]):
+        assert not st.fit_primitive(seen, "ellipsoid", camera=seq.camera, mask=mask).ok
 
 
 def swept_cuboid(frames):
