@@ -90,7 +90,9 @@ std::optional<ObjectResult> ObjectFollower::follow_outline(FrameContext* context
     return result_without_pose(*object, {ReasonCode::kLittleOutline}, Status::kLost);
   }
   object->T_cam_obj = fitted->T_cam_obj;
-  object->open = OpenDirections(fitted->covariance, fitted->T_cam_obj, *object->shape);
+  // The outline's common error hardly changes between frames: its direction is observed all the same.
+  object->open =
+      OpenDirections(fitted->covariance - fitted->systematic_errors, fitted->T_cam_obj, *object->shape);
   object->memory = fitted->memory;
   object->observe_motion(time_s);
   object->weak = true;

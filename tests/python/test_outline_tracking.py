@@ -22,14 +22,15 @@ def bent(d, T, random, tilt_m, bulge_m):
     return noisy + tilt_m * q[..., 0] / 0.06 - bulge_m * (np.hypot(q[..., 0], q[..., 1]) / 0.06) ** 2
 
 
-def scene(count, tilt_m=0.0, bulge_m=0.0):
+def scene(count, tilt_m=0.0, bulge_m=0.0, distances_m=None):
     """A box that turns and moves before a wall; `tilt_m`: how far the depth bends from one end to the other.
 
-    `bulge_m`: how far it bulges, which no pose explains.
+    `bulge_m`: how far it bulges, which no pose explains. `distances_m`: of the box in each frame (0.5).
     """
     frames, poses = [], []
     for i in range(count):
-        T = geometry.pose([0.5 + 0.006 * i, -0.6, 0.2 + 0.004 * i], [0.01 + 0.0008 * i, 0.02, 0.5])
+        z = 0.5 if distances_m is None else distances_m[i]
+        T = geometry.pose([0.5 + 0.006 * i, -0.6, 0.2 + 0.004 * i], [0.01 + 0.0008 * i, 0.02, z])
         random = np.random.default_rng(i)
         d = BOX.raycast(CAMERA, T)[0]
         read = bent(d, T, random, tilt_m, bulge_m)
@@ -171,6 +172,16 @@ def test_colour_alone_follows():
     bare = [st.Frame(None, f.color, timestamp=f.timestamp) for f in frames]
     same, *_ = follow(bare, poses, mode="rgb")
     assert np.array_equal(same, errors)  # depth is not read
+
+
+def test_an_error_that_the_whole_outline_shares_does_not_let_the_distance_swing():
+    """A shared error hardly changes from frame to frame, so a prediction of the motion is no better than a new frame."""
+    frames, poses = scene(60, distances_m=0.75 + 0.04 * np.sin(np.arange(60) / 8))
+    errors, results, _ = follow(frames, poses, range(1, 60))
+    assert errors[:, 0].mean() < 3
+    assert errors[:, 0].max() < 10
+    stated = [np.sqrt(r.covariances[0][2, 2]) for r in results[1:]]
+    assert min(stated) > 0.008  # of the error that all lines may share
 
 
 def test_colour_alone_is_lost_where_nothing_tells_the_object_apart():

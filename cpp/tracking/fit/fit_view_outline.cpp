@@ -147,21 +147,28 @@ void FitView::measure_outline_pose(const optim::State& x, Fitted* fitted) {
   measure_outline(x, &fitted->memory);
   const auto lines = double(outline_lines_.lines.size());
   const double m_per_px = inverse(x.T_obj_cam[0]).t.z / camera_->K.fx;
-  photometric_.reset(6);
-  outline_energy(fitted->memory, kCommonError_px).linearize(x, &photometric_);
-  const Matrix6d hessian = without_slips(photometric_.hessian, target_->shape);
-  energies::EnergySummary sums;
-  sums.A = hessian;
-  sums.B = shared_lines(fitted->memory) * hessian;
-  // In metres at the object, like a residual of depth; the lines' sd is about a pixel. An outline does not
-  // see the grain of the field, so a direction is blind only below a smaller slope.
-  sums.geometry = std::pow(kOutlineSees * m_per_px * outline_factor(fitted->memory), 2) / lines * hessian;
-  sums.rounding = sums.missed = energies::SmallVector::Zero(6);
-  sums.inliers = lines;
-  const Matrix6d increment = increment_covariance(sums, target_->shape, 1);
+  const auto covariance_with = [&](double common_sd_px) {
+    photometric_.reset(6);
+    outline_energy(fitted->memory, common_sd_px).linearize(x, &photometric_);
+    const Matrix6d hessian = without_slips(photometric_.hessian, target_->shape);
+    energies::EnergySummary sums;
+    sums.A = hessian;
+    sums.B = shared_lines(fitted->memory) * hessian;
+    // In metres at the object, like a residual of depth; the lines' sd is about a pixel. An outline does not
+    // see the grain of the field, so a direction is blind only below a smaller slope.
+    sums.geometry = std::pow(kOutlineSees * m_per_px * outline_factor(fitted->memory), 2) / lines * hessian;
+    sums.rounding = sums.missed = energies::SmallVector::Zero(6);
+    sums.inliers = lines;
+    return increment_covariance(sums, target_->shape, 1);
+  };
+  const Matrix6d increment = covariance_with(kCommonError_px);
+  const auto in_camera = [&](const Matrix6d& C) {
+    return camera_covariance(C, inverse(x.T_obj_cam[0]), -target_->shape.centre_obj);
+  };
   fitted->centre_sd =
       std::sqrt(increment.topLeftCorner<3, 3>().diagonal().maxCoeff()) / (0.5 * target_->shape.diameter_m);
-  fitted->covariance = camera_covariance(increment, inverse(x.T_obj_cam[0]), -target_->shape.centre_obj);
+  fitted->covariance = in_camera(increment);
+  fitted->systematic_errors = in_camera(increment - covariance_with(0));
 }
 
 }  // namespace sdftrack::tracking
