@@ -175,7 +175,7 @@ def test_colour_alone_follows():
 
 
 def test_an_error_that_the_whole_outline_shares_does_not_let_the_distance_swing():
-    """A shared error hardly changes from frame to frame, so a prediction of the motion is no better than a new frame."""
+    """It hardly changes between frames: no reason to trust the expected motion more than a frame."""
     frames, poses = scene(60, distances_m=0.75 + 0.04 * np.sin(np.arange(60) / 8))
     errors, results, _ = follow(frames, poses, range(1, 60))
     assert errors[:, 0].mean() < 3
