@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The loops of unit_ops.h for the instruction set of the file that includes this. Eight doubles are one pack
-// in each set; where registers are narrower the compiler splits it into two or four.
+// The loops of unit_ops.h for the instruction set of the file that includes this.
 #pragma once
 
 #ifdef __SSE2__
@@ -15,24 +14,28 @@
 namespace sdftrack::lwpr {
 namespace {
 
-using Eight = double __attribute__((vector_size(64)));
-using EightBits = long long __attribute__((vector_size(64)));
+// As wide as a register: of wider vectors a compiler keeps the parts in memory.
+#if defined(__AVX512DQ__)
+constexpr int kPack = 8;
+#elif defined(__AVX2__)
+constexpr int kPack = 4;
+#else
+constexpr int kPack = 2;
+#endif
+static_assert(kFieldLanes % kPack == 0);
+using Pack = double __attribute__((vector_size(8 * kPack)));
+using PackBits = long long __attribute__((vector_size(8 * kPack)));
 
-HD int bits_of_mask(EightBits mask) {
+HD unsigned bits_of_mask(PackBits mask) {
 #if defined(__AVX512DQ__)
   return _mm512_movepi64_mask((__m512i)mask);
 #elif defined(__AVX2__)
-  __m256d half[2];
-  __builtin_memcpy(half, &mask, sizeof(half));
-  return _mm256_movemask_pd(half[0]) | _mm256_movemask_pd(half[1]) << 4;
+  return static_cast<unsigned>(_mm256_movemask_pd((__m256d)mask));
 #elif defined(__SSE2__)
-  __m128d part[4];
-  __builtin_memcpy(part, &mask, sizeof(part));
-  return _mm_movemask_pd(part[0]) | _mm_movemask_pd(part[1]) << 2 | _mm_movemask_pd(part[2]) << 4 |
-         _mm_movemask_pd(part[3]) << 6;
+  return static_cast<unsigned>(_mm_movemask_pd((__m128d)mask));
 #else
-  int bits = 0;
-  for (int k = 0; k < kFieldLanes; ++k) bits |= (mask[k] != 0) << k;
+  unsigned bits = 0;
+  for (int k = 0; k < kPack; ++k) bits |= static_cast<unsigned>(mask[k] != 0) << k;
   return bits;
 #endif
 }
@@ -61,11 +64,12 @@ struct UnitLoops {
                        const ActiveFields& out) {
     const int size = at.block_size();
     int found = 0;
-    for (int first = 0; first < fields.count; first += kFieldLanes) {
-      const LanesAt<Eight> read{fields.blocks + static_cast<long>(first / kFieldLanes) * size};
-      const Eight q = field_distance2<N>(at, read, x);
-      for (int bits = bits_of_mask(q < q_max); bits != 0; bits &= bits - 1, ++found) {
-        const int lane = __builtin_ctz(static_cast<unsigned>(bits));
+    for (int first = 0; first < fields.count; first += kPack) {
+      const double* block = fields.blocks + static_cast<long>(first / kFieldLanes) * size;
+      const LanesAt<Pack> read{block + first % kFieldLanes};
+      const Pack q = field_distance2<N>(at, read, x);
+      for (unsigned bits = bits_of_mask(q < q_max); bits != 0; bits &= bits - 1, ++found) {
+        const int lane = __builtin_ctz(bits);
         out.index[found] = first + lane, out.w[found] = q[lane];
       }
     }
@@ -75,10 +79,10 @@ struct UnitLoops {
   static int active(const FieldLayout& at, const FieldList& fields, const double* x, double q_max,
                     const ActiveFields& out) {
     const int found = fields.list ? near(at, fields, x, q_max, out) : among_all(at, fields, x, q_max, out);
-    for (int i = 0; i < found; i += kFieldLanes) {
-      Eight q;
+    for (int i = 0; i < found; i += kPack) {
+      Pack q;
       __builtin_memcpy(&q, out.w + i, sizeof(q));
-      q = exp_of<EightBits>(-0.5 * q);
+      q = exp_of<PackBits>(-0.5 * q);
       __builtin_memcpy(out.w + i, &q, sizeof(q));
     }
     return found;
