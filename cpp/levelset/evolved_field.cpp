@@ -3,6 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+
+#include "base/parallel.h"
+#include "levelset/crossing_terms.h"
+#include "sdf/sweep.h"
 
 namespace sdftrack::levelset {
 
@@ -22,17 +27,49 @@ bool holds_surface(const sdf::Grid& grid, const float* phi, const sdf::VoxelBox&
   return false;
 }
 
+// Makes a field (m) the signed distance to its zero set: beside it to the plane through its crossings with
+// the lattice, swept from there. A field of one sign is unchanged: the shape is gone, or fills the volume.
+void make_distances(const sdf::Grid& grid, int threads, std::vector<float>* field) {
+  std::vector<float> ratio(field->size()), distance(field->size());
+  std::transform(field->begin(), field->end(), ratio.begin(), [](float phi) { return -phi; });
+  const std::vector<float> ones(field->size(), 1);
+  std::vector<std::uint8_t> known(field->size());
+  const RatioView view{ratio.data(), ones.data()};
+  const std::size_t row = std::size_t(grid.nx), slice = row * std::size_t(grid.ny);
+  const auto voxel = float(grid.voxel_m);
+  parallel_for(std::size_t(grid.nz), threads, [&](std::size_t z) {
+    if (z == 0 || z + 1 == std::size_t(grid.nz)) return;
+    for (int y = 1; y + 1 < grid.ny; ++y)
+      for (int x = 1; x + 1 < grid.nx; ++x) {
+        const std::size_t i = grid.index(x, y, int(z));
+        const auto crossed = [&](std::size_t j) { return (ratio[j] > 0) != (ratio[i] > 0); };
+        known[i] = crossed(i - 1) || crossed(i + 1) || crossed(i - row) || crossed(i + row) ||
+                   crossed(i - slice) || crossed(i + slice);
+        if (known[i]) distance[i] = std::abs(crossing_distance(view, i, row, slice, voxel));
+      }
+  });
+  if (std::none_of(known.begin(), known.end(), [](std::uint8_t k) { return k != 0; })) return;
+  sdf::fast_sweep(grid, known, &distance);
+  for (std::size_t i = 0; i < distance.size(); ++i)
+    (*field)[i] = (*field)[i] < 0 ? -distance[i] : distance[i];
+}
+
 }  // namespace
 
 EvolvedField::EvolvedField(const sdf::Grid& grid, const float* phi_m) : grid_(grid), phi_(grid.size()) {
   std::copy_n(phi_m, grid.size(), phi_.begin());
 }
 
-void EvolvedField::evolve(const float* log_ratio, int steps, const EvolveOptions& options, int threads,
-                          int device) {
-  const std::vector<float> next =
-      device == kOnCpu ? levelset::evolve(grid_, phi_.data(), log_ratio, steps, options, threads)
-                       : levelset::evolve_cuda(grid_, phi_.data(), log_ratio, steps, options, device);
+void EvolvedField::evolve(const float* log_ratio, int steps, int redistance_every,
+                          const EvolveOptions& options, int threads, int device) {
+  std::vector<float> next(phi_.begin(), phi_.end());
+  const int most = redistance_every > 0 ? redistance_every : std::max(steps, 1);
+  for (int left = steps; left > 0; left -= most) {
+    const int now = std::min(left, most);
+    next = device == kOnCpu ? levelset::evolve(grid_, next.data(), log_ratio, now, options, threads)
+                            : levelset::evolve_cuda(grid_, next.data(), log_ratio, now, options, device);
+    if (redistance_every > 0) make_distances(grid_, threads, &next);
+  }
   measure_change(next);
   std::copy(next.begin(), next.end(), phi_.begin());
 }

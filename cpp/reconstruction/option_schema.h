@@ -19,6 +19,7 @@ void visit_options(Options& o, Visit& f) {
   f("sigma_d_m", e.form.sigma_d_m, above(0), "m", "support of the likelihood around a depth measurement; nothing is inferred from twice that distance behind it");
   f("sigma_d_voxels", o.sigma_d_voxels, above(0), "voxels", "replaces sigma_d_m when evolution is printed, as in the thesis");
   f("evolution_steps", o.evolution_steps, at_least(1), "", "steps of the printed evolution per frame; 100 after the first frame");
+  f("redistance_every", o.redistance_every, at_least(0), "", "steps of the printed evolution after which its field is made a signed distance again; 0: never, which loses the object");
   f("noise_m", o.noise_m, above(0).or_none(), "m", "standard deviation of the depth noise; None: estimated within the mask of the first frame");
   f("noise_per_m", e.noise.noise_per_m, at_least(0), "1/m", "depth noise grows with distance: noise_m + noise_per_m Z^2");
   f("carve_from_m", e.carve_from_m, above(0), "m", "no free space is carved within this distance in front of a depth measurement");

@@ -200,7 +200,7 @@ void Reconstruction::fuse(const FrameEvidence& frame, const Camera& camera, cons
 void Reconstruction::follow(const std::vector<int>& changed, int threads) {
   if (field_) {
     field_->evolve(evidence_.log_ratio().data(), frames_ ? options_.evolution_steps : options_.first_steps,
-                   options_.evolve, threads, device_);
+                   options_.redistance_every, options_.evolve, threads, device_);
     return;
   }
   if (frames_ == 0) {

@@ -22,7 +22,8 @@ struct ReconstructionOptions {
   levelset::EvolveOptions evolve{4, 3, 1, true};
   float sigma_d_voxels = 8;
   int first_steps = 100;
-  int evolution_steps = 15;  // "10 to 20" (section 4.6.1)
+  int evolution_steps = 15;   // "10 to 20" (section 4.6.1)
+  int redistance_every = 15;  // steps; the prior of 4.39 alone does not keep the field a distance
   levelset::EvidenceOptions evidence;
   levelset::EvidenceImageOptions image;
   RoleOptions roles;

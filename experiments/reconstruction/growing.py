@@ -52,11 +52,10 @@ def scene_of(mesh: Path | None, unit: str | None, frames: int, threads: int) -> 
     return Scene(it, motion(frames, STEP_M, STEP_RAD, SEED, it.middle), extent, threads)
 
 
-def reconstructor(scene: Scene, seq: Any, sigma_d_voxels: float | None = None) -> Any:
-    """Ours, or with `sigma_d_voxels` the thesis', tracker and all (``evolution="printed"``)."""
+def reconstructor(scene: Scene, seq: Any, sigma_d_voxels: float | None = None, **more: Any) -> Any:
+    """Ours, or with `sigma_d_voxels` the thesis', tracker and all (``evolution="printed"``); `more`: options."""
     from sdftrack.reconstruction import Reconstructor
 
-    more: dict[str, Any] = {}
     if sigma_d_voxels is not None:
-        more = {"evolution": "printed", "sigma_d_voxels": sigma_d_voxels}
+        more |= {"evolution": "printed", "sigma_d_voxels": sigma_d_voxels}
     return Reconstructor(seq.camera, voxels=VOXELS, extent=scene.extent, threads=scene.threads, **more)

@@ -43,8 +43,24 @@ def benchmark(
     REGISTERED.append(Benchmark(name, setup, items, unit))
 
 
-def measure(bench: Benchmark) -> str:
-    """A row of the table: median and spread of one benchmark."""
+@dataclass(frozen=True)
+class Timed:
+    name: str
+    median_ms: float
+    lower_ms: float  # quartiles
+    upper_ms: float
+    runs: int
+    per_item: str
+
+    def __str__(self) -> str:
+        return (
+            f"{self.name:40} {self.median_ms:8.3f}ms {self.lower_ms:9.3f}..{self.upper_ms:8.3f}ms "
+            f"{self.runs:5d}  {self.per_item}"
+        )
+
+
+def measure(bench: Benchmark) -> Timed:
+    """Median and spread of one benchmark."""
     run = bench.setup()
     for _ in range(WARM_UP):
         run()
@@ -53,8 +69,7 @@ def measure(bench: Benchmark) -> str:
         start = time.perf_counter()
         run()
         seconds.append(time.perf_counter() - start)
-    lower, median, upper = statistics.quantiles(seconds, n=4)
-    return (
-        f"{bench.name:40} {1e3 * median:8.3f}ms {1e3 * lower:9.3f}..{1e3 * upper:8.3f}ms "
-        f"{len(seconds):5d}  {1e9 * median / bench.items:.1f} ns/{bench.unit}"
+    lower, median, upper = (1e3 * s for s in statistics.quantiles(seconds, n=4))
+    return Timed(
+        bench.name, median, lower, upper, len(seconds), f"{1e6 * median / bench.items:.1f} ns/{bench.unit}"
     )

@@ -3,10 +3,11 @@
 
     python tests/bench/processes.py track|reconstruct MESH.ply
 
-Counted is the peak resident set of a whole process (Python, numpy, sdftrack), without optional libraries; what it reads
-is made by another process. `track`: one volume of 200^3 from a file, 640 x 480 frames, one thread. `reconstruct`: a
-turntable (640 x 480, RGB-D, 1 mm noise) frame by frame at 200^3 with default options, once for each number of threads;
-the first frame (`start`), the frames of the last two thirds, and the frames that it keeps.
+Counted is the peak resident set of a whole process (Python, numpy, sdftrack), without optional libraries, as Linux
+keeps it for a program (getrusage includes what its parent had before); what it reads is made by another process.
+`track`: one volume of 200^3 from a file, 640 x 480 frames, one thread. `reconstruct`: a turntable (640 x 480, RGB-D,
+1 mm noise) frame by frame at 200^3 with default options, once for each number of threads; the first frame (`start`),
+the frames of the last two thirds, and the frames that it keeps.
 """
 
 import argparse
@@ -15,15 +16,16 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 MAKE = "import sys, sdftrack as st; st.SDF.from_mesh(st.Mesh.load(sys.argv[1]), voxels=200).save(sys.argv[2])"
 
 TRACK = """
-import json, resource, sys
+import json, sys
 import numpy as np
 import sdftrack as st
 def peak_mb():
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return int(open('/proc/self/status').read().split('VmHWM:')[1].split()[0]) / 1024
 figures = {"imports, MB": peak_mb()}
 shape = st.SDF.load(sys.argv[1])
 figures["with the volume, MB"] = peak_mb()
@@ -59,7 +61,7 @@ sequence.masks(0)[0].tofile(folder / "mask")
 """
 
 RECONSTRUCT = """
-import json, resource, sys, time
+import json, sys, time
 from pathlib import Path
 import numpy as np
 import sdftrack as st
@@ -83,18 +85,50 @@ kept = sum(x.nbytes for s in star._kept for x in (s.depth, s.rgb, s.foreground))
 print(json.dumps({
     "first frame, ms": times[0], "steady, ms": median, "quartiles, ms": (round(lower, 1), round(upper, 1)),
     "mean of the first third, ms": np.mean(times[1:n // 3]),
-    "peak, MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, "of it kept frames, MB": kept / 2**20,
+    "peak, MB": int(open("/proc/self/status").read().split("VmHWM:")[1].split()[0]) / 1024,
+    "of it kept frames, MB": kept / 2**20,
 }))
 """
 
 
-def measured(code: str, *arguments: str) -> None:
-    """Run the code and print its figures."""
-    done = subprocess.run(
-        [sys.executable, "-c", code, *arguments], check=True, capture_output=True, text=True
-    )
-    for name, value in json.loads(done.stdout).items():
-        print(f"  {name:28} {value if isinstance(value, list) else f'{value:.1f}'}", flush=True)
+IMPORT = """
+import json, time
+begin = time.process_time()
+import sdftrack
+imported = time.process_time()
+sdftrack.Tracker
+print(json.dumps({"processor time, ms": 1e3 * (imported - begin),
+                  "with Tracker, ms": 1e3 * (time.process_time() - begin)}))
+"""
+
+
+def figures(code: str, *arguments: object) -> dict[str, Any]:
+    """What a process that runs the code prints of itself."""
+    command = [sys.executable, "-c", code, *map(str, arguments)]
+    return dict(json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout))
+
+
+def import_figures() -> dict[str, Any]:
+    return figures(IMPORT)
+
+
+def track_figures(mesh: Path, folder: str) -> dict[str, Any]:
+    volume = str(Path(folder) / "volume.npz")
+    subprocess.run([sys.executable, "-c", MAKE, str(mesh), volume], check=True)
+    return figures(TRACK, volume)
+
+
+def render(mesh: Path, folder: str, frames: int) -> None:
+    subprocess.run([sys.executable, "-c", RENDER, str(mesh), folder, str(frames)], check=True)
+
+
+def reconstruct_figures(folder: str, frames: int, threads: int) -> dict[str, Any]:
+    return figures(RECONSTRUCT, folder, frames, threads)
+
+
+def show(of_it: dict[str, Any]) -> None:
+    for name, value in of_it.items():
+        print(f"  {name:28} {f'{value:.1f}' if isinstance(value, float) else value}", flush=True)
 
 
 def main() -> int:
@@ -107,14 +141,12 @@ def main() -> int:
     a = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         if a.what == "track":
-            volume = str(Path(folder) / "volume.npz")
-            subprocess.run([sys.executable, "-c", MAKE, str(a.mesh), volume], check=True)
-            measured(TRACK, volume)
+            show(track_figures(a.mesh, folder))
             return 0
-        subprocess.run([sys.executable, "-c", RENDER, str(a.mesh), folder, str(a.frames)], check=True)
+        render(a.mesh, folder, a.frames)
         for threads in (1, 2):
             print(f"threads: {threads}", flush=True)
-            measured(RECONSTRUCT, folder, str(a.frames), str(threads))
+            show(reconstruct_figures(folder, a.frames, threads))
     return 0
 
 

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Times and memory of calls and of whole processes."""
