@@ -24,15 +24,14 @@ BYTES_PER_VOXEL = 20
 
 def shape_of(core: Any, least: int) -> SDF:
     """A copy of the current distances and colours; colours observed less than `least` are omitted."""
-    rgb_seen = core.rgb_seen.reshape(-1, 4)
-    seen = np.flatnonzero(rgb_seen[:, 3] >= least)
+    rgb_seen = core.rgb_seen
+    seen = rgb_seen[..., 3] >= least
     colors = None
     if rgb_seen[seen, :3].any():
         colors = np.zeros(rgb_seen.shape, np.uint8)
         colors[seen, :3] = (rgb_seen[seen, :3] + 128) >> 8
         colors[seen, 3] = 255
-        colors = colors.reshape(core.rgb_seen.shape)
-    return SDF(np.array(core.phi), core.voxel_m, core.origin, colors)
+    return SDF._own(np.array(core.phi), core.voxel_m, core.origin, colors)
 
 
 VOXELS = {"quick": 96, "normal": 200, "fine": 300}

@@ -342,18 +342,34 @@ class Reconstructor:
         tracker = self._started("refine")
         last, newest = TrackerInterface(tracker).last_poses[0], self._kept[-1]
         before = newest.T_cam_obj
-        shape, volume, poses = self.shape, self._volume, [keyframe.T_cam_obj for keyframe in self._kept]
+        volume, poses = self._volume, [keyframe.T_cam_obj for keyframe in self._kept]
+        shape = self.shape
         judge = Judge(self._kept, shape, self._frame_camera)
         was_m = judge.misfit_m(shape)
-        refined = refining.refine(
-            self._kept, tracker, self._frame_camera.shape, self._fuse_all, rounds, progress
-        )
-        now_m = judge.misfit_m(self.shape)
-        refined = replace(refined, misfit_m=(was_m, now_m), taken=now_m < OVERFIT * was_m)
-        if not refined.taken:
+        del shape
+
+        def restore() -> None:
             self._begun.volume = volume
             for keyframe, pose in zip(self._kept, poses, strict=True):
                 keyframe.T_cam_obj = pose
+
+        def fuse_all(tell: Callable[[float], None]) -> None:
+            self._begun.volume = (
+                volume  # that of the last round is not needed any more: two at most are in memory
+            )
+            self._fuse_all(tell)
+
+        try:
+            refined = refining.refine(
+                self._kept, tracker, self._frame_camera.shape, fuse_all, rounds, progress
+            )
+        except BaseException:
+            restore()
+            raise
+        now_m = judge.misfit_m(self.shape)
+        refined = replace(refined, misfit_m=(was_m, now_m), taken=now_m < OVERFIT * was_m)
+        if not refined.taken:
+            restore()
             refined = replace(refined, poses={k.index: k.T_cam_obj for k in self._kept})
         # The last frame need not be among the kept ones; the object frame has moved in it as in the newest of them.
         tracker.set_pose(0, last @ np.linalg.solve(before, newest.T_cam_obj))
