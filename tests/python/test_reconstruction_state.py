@@ -95,3 +95,18 @@ def test_a_mesh_for_another_thread_makes_nothing_fail(monkeypatch):
         thread.join(60)
     assert results[0].index == 2
     assert len(meshes[0].vertices) > 0
+
+
+def test_an_interrupted_refinement_leaves_everything_as_it_was():
+    star = begun(3)
+    shape, poses = star.shape.values.copy(), [k.T_cam_obj.copy() for k in star._kept]
+
+    def stop(share):
+        if share > 0.75:  # in the second of two rounds
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        star.refine(stop, rounds=2)
+    np.testing.assert_array_equal(star.shape.values, shape)
+    np.testing.assert_array_equal([k.T_cam_obj for k in star._kept], poses)
+    star.refine(rounds=1)
