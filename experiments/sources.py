@@ -33,6 +33,7 @@ GATE = {  # by folder of this package
     "robustness": (*TRACKING, "lost", "start"),
     "search": ("start", "click", "anywhere"),
     "several": ("several", "overlapping", "look_alikes"),
+    "speed": (),
     "superpixels": ("superpixels", "recorded_images"),
     "tracking": (*TRACKING, "photometric", "recorded_bop"),
     "trust": (*TRACKING, "lost", "free_size"),

@@ -20,10 +20,6 @@ PAGES = [
 ]
 ROW = re.compile(r"^\|.*\|$", re.MULTILINE)
 COMMAND = re.compile(r"python -m experiments run ([a-z][\w.]*\w)([^`#\n]*)")
-ELSEWHERE = (
-    "bench.",
-    "images.",
-)  # measured by tests/bench and docs/images, not by `python -m experiments run`
 
 
 def commands(text: str) -> list[tuple[str, str]]:
@@ -90,7 +86,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def test_every_experiment_that_is_named_can_be_run():
-    runnable = {name for name in named() | set(record.names()) if not name.startswith(ELSEWHERE)}
+    runnable = named() | set(record.names())
     retired = {name for name in record.names() if record.load(name).get("retired")}
     assert sorted(runnable - set(all_experiments())) == sorted(retired)
 
@@ -107,3 +103,11 @@ def test_the_commands_of_the_pages_have_options_that_exist():
             except ValueError as error:
                 unknown.append(f"{page.name}: {name}: {error}")
     assert unknown == []
+
+
+def test_the_page_of_figures_has_them_all():
+    page = (ROOT / "docs/results/figures.md").read_text(encoding="utf-8")
+    listed = [row.split("|")[1].strip() for row in ROW.findall(page)][2:]
+    assert sorted(listed) == sorted(
+        n.removeprefix("thesis.") for n in all_experiments() if n.startswith("thesis.")
+    )
