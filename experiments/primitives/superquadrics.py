@@ -85,12 +85,12 @@ def superquadric(*, n: int = 60, part: int = REPORTED) -> Table:
         "view, noise", "n", "axes err %", "p95", "exponents err", "p95 exponents", "held: position", "turns", "axes",
         "exponents", "all", "open", "ok", "ms",
     ]  # fmt: skip
-    title = (
-        "Random superquadrics, 4-25 cm, exponents 0.1-2, at 0.6-1.2 m, upright on a table or in any pose before a "
-        "wall, mask given. Errors: median and 95th percentile of the worst axis and exponent; held: share of 95 % "
-        "intervals that contain the truth; open: sizes that are not bounded"
+    note = (
+        "4-25 cm, exponents 0.1-2, at 0.6-1.2 m, upright on a table or in any pose before a wall, mask given; errors: "
+        "median and 95th percentile of the worst axis and exponent; held: share of 95 % intervals that contain the "
+        "truth; open: sizes that are not bounded"
     )
-    return Table(title, head, rows)
+    return Table("Random superquadrics", head, rows, [note])
 
 
 def _row(where: str, n: int, part: int, noise_mm: float) -> list[str]:
