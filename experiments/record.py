@@ -32,6 +32,7 @@ from typing import Any
 
 RESULTS = Path(__file__).resolve().parent / "results"
 _VALUE = r'(?:"(?:[^"\\\n]|\\.)*"|[-+\w.]+)'
+MOST_NUMBERS = 400  # beside a table: of one frame each they would be the larger part of all records
 FLAT_LIST = re.compile(rf"\[\n\s*({_VALUE}(?:,\n\s*{_VALUE})*)\n\s*\]")
 
 
@@ -54,7 +55,7 @@ def save(
         Options of the run; values that JSON does not know become text.
     tables : sequence of mappings
         ``title``, ``columns``, ``rows`` and optionally ``id`` (default: `table_id` of the title; of equal ones the
-        later end in -2, -3), ``notes`` (lines below the table) and ``numbers`` (unrounded values).
+        later end in -2, -3), ``notes`` (lines below the table) and ``numbers`` (unrounded values, where they are few).
     seconds : float
         Wall-clock time of the run.
     sources : mapping, optional
@@ -160,8 +161,17 @@ def _checked(name: str, table: Mapping[str, Any]) -> dict[str, Any]:
         "columns": columns,
         "rows": rows,
         "notes": list(table.get("notes") or []),
-        "numbers": table.get("numbers"),
+        "numbers": numbers if _size(numbers := table.get("numbers")) <= MOST_NUMBERS else None,
     }
+
+
+def _size(value: Any) -> int:
+    """How many numbers and words a value of the record holds."""
+    if isinstance(value, Mapping):
+        return sum(map(_size, value.values()))
+    if isinstance(value, str) or not hasattr(value, "__iter__"):
+        return 1
+    return sum(map(_size, value))
 
 
 def _merged(

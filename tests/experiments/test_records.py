@@ -93,3 +93,10 @@ def test_every_experiment_names_runs_of_the_gate():
     for experiment in all_experiments().values():
         assert experiment.function.__module__.split(".")[1] in sources.GATE
         assert all(len(digest) == 12 for digest in sources.digests(experiment).values())
+
+
+def test_the_numbers_of_every_frame_are_left_out(tmp_path):
+    few, many = ({"spot": {"mm": [0.1] * n}} for n in (record.MOST_NUMBERS, record.MOST_NUMBERS + 1))
+    for numbers, kept in ((few, few), (many, None)):
+        record.save("fall", {}, [table(numbers=numbers)], 1.0, folder=tmp_path)
+        assert record.load("fall", tmp_path)["tables"][0]["numbers"] == kept
