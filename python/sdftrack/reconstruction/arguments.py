@@ -26,10 +26,10 @@ def shape_of(core: Any, least: int) -> SDF:
     """A copy of the current distances and colours; colours observed less than `least` are omitted."""
     rgb_seen = core.rgb_seen
     seen = rgb_seen[..., 3] >= least
-    colors = None
-    if rgb_seen[seen, :3].any():
+    colors, rgb = None, rgb_seen[seen, :3]
+    if rgb.any():
         colors = np.zeros(rgb_seen.shape, np.uint8)
-        colors[seen, :3] = (rgb_seen[seen, :3] + 128) >> 8
+        colors[seen, :3] = (rgb + 128) >> 8
         colors[seen, 3] = 255
     return SDF._own(np.array(core.phi), core.voxel_m, core.origin, colors)
 

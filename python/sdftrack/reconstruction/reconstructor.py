@@ -354,9 +354,8 @@ class Reconstructor:
                 keyframe.T_cam_obj = pose
 
         def fuse_all(tell: Callable[[float], None]) -> None:
-            self._begun.volume = (
-                volume  # that of the last round is not needed any more: two at most are in memory
-            )
+            # Frees the volume of the last round: two at most are in memory.
+            self._begun.volume = volume
             self._fuse_all(tell)
 
         try:
