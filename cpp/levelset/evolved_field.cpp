@@ -3,11 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
-#include "base/parallel.h"
-#include "levelset/crossing_terms.h"
-#include "sdf/sweep.h"
+#include "levelset/redistance.h"
+#include "sdf/redistance.h"
 
 namespace sdftrack::levelset {
 
@@ -27,31 +25,13 @@ bool holds_surface(const sdf::Grid& grid, const float* phi, const sdf::VoxelBox&
   return false;
 }
 
-// Makes a field (m) the signed distance to its zero set: beside it to the plane through its crossings with
-// the lattice, swept from there. A field of one sign is unchanged: the shape is gone, or fills the volume.
-void make_distances(const sdf::Grid& grid, int threads, std::vector<float>* field) {
-  std::vector<float> ratio(field->size()), distance(field->size());
-  std::transform(field->begin(), field->end(), ratio.begin(), [](float phi) { return -phi; });
-  const std::vector<float> ones(field->size(), 1);
-  std::vector<std::uint8_t> known(field->size());
-  const RatioView view{ratio.data(), ones.data()};
-  const std::size_t row = std::size_t(grid.nx), slice = row * std::size_t(grid.ny);
-  const auto voxel = float(grid.voxel_m);
-  parallel_for(std::size_t(grid.nz), threads, [&](std::size_t z) {
-    if (z == 0 || z + 1 == std::size_t(grid.nz)) return;
-    for (int y = 1; y + 1 < grid.ny; ++y)
-      for (int x = 1; x + 1 < grid.nx; ++x) {
-        const std::size_t i = grid.index(x, y, int(z));
-        const auto crossed = [&](std::size_t j) { return (ratio[j] > 0) != (ratio[i] > 0); };
-        known[i] = crossed(i - 1) || crossed(i + 1) || crossed(i - row) || crossed(i + row) ||
-                   crossed(i - slice) || crossed(i + slice);
-        if (known[i]) distance[i] = std::abs(crossing_distance(view, i, row, slice, voxel));
-      }
-  });
-  if (std::none_of(known.begin(), known.end(), [](std::uint8_t k) { return k != 0; })) return;
-  sdf::fast_sweep(grid, known, &distance);
-  for (std::size_t i = 0; i < distance.size(); ++i)
-    (*field)[i] = (*field)[i] < 0 ? -distance[i] : distance[i];
+// A field of one sign is unchanged: the shape is gone, or fills the volume.
+void make_distances(const sdf::Grid& grid, int threads, int device, std::vector<float>* field) {
+  const auto inside = [](float phi) { return phi < 0; };
+  if (std::all_of(field->begin(), field->end(), inside) || std::none_of(field->begin(), field->end(), inside))
+    return;
+  *field = device == EvolvedField::kOnCpu ? sdf::redistance(grid, field->data(), threads)
+                                          : redistance_cuda(grid, field->data(), device);
 }
 
 }  // namespace
@@ -68,7 +48,7 @@ void EvolvedField::evolve(const float* log_ratio, int steps, int redistance_ever
     const int now = std::min(left, most);
     next = device == kOnCpu ? levelset::evolve(grid_, next.data(), log_ratio, now, options, threads)
                             : levelset::evolve_cuda(grid_, next.data(), log_ratio, now, options, device);
-    if (redistance_every > 0) make_distances(grid_, threads, &next);
+    if (redistance_every > 0) make_distances(grid_, threads, device, &next);
   }
   measure_change(next);
   std::copy(next.begin(), next.end(), phi_.begin());

@@ -42,10 +42,8 @@ def times(*, data: Path, topics: tuple[str, ...] = (), frames: int = 300) -> lis
     """
     sys.path.append(str(BENCH))
     harness, processes = (importlib.import_module(name) for name in ("harness", "processes"))
-    for path in sorted(BENCH.glob("bench_*.py")):
-        importlib.import_module(path.stem)
     found: dict[str, list[Any]] = {}
-    for bench in harness.REGISTERED:
+    for bench in harness.all_benchmarks():
         found.setdefault(bench.name.split("/")[0], []).append(bench)
     tables = []
     for topic in topics or (*found, "processes"):

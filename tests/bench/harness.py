@@ -14,10 +14,13 @@ Sizes, seeds, warm-up and repeats are fixed: changing these numbers breaks compa
 benchmark a new name instead.
 """
 
+import importlib
 import statistics
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 WARM_UP = 2  # runs that are not counted: caches, page faults, the clock of the CPU
 MIN_RUNS = 5  # the median of fewer says little
@@ -41,6 +44,15 @@ def benchmark(
 ) -> None:
     """Register a set-up function that returns what is to be timed."""
     REGISTERED.append(Benchmark(name, setup, items, unit))
+
+
+def all_benchmarks() -> list[Benchmark]:
+    """Those of all files beside this one."""
+    here = Path(__file__).resolve()
+    sys.path.append(str(here.parents[2]))  # some take the settings of an experiment
+    for path in sorted(here.parent.glob("bench_*.py")):
+        importlib.import_module(path.stem)
+    return REGISTERED
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ import argparse
 import importlib
 import os
 import sys
-from pathlib import Path
 
 import harness
 
@@ -18,10 +17,7 @@ def main() -> int:
     parser.add_argument("--list", action="store_true", help="print the names and stop")
     arguments = parser.parse_args()
 
-    sys.path.append(str(Path(__file__).resolve().parents[2]))  # some take the settings of an experiment
-    for path in sorted(Path(__file__).parent.glob("bench_*.py")):
-        importlib.import_module(path.stem)
-    chosen = [bench for bench in harness.REGISTERED if arguments.only in bench.name]
+    chosen = [bench for bench in harness.all_benchmarks() if arguments.only in bench.name]
     if not chosen:
         print(f"no benchmark has {arguments.only!r} in its name; see --list", file=sys.stderr)
         return 1

@@ -49,7 +49,7 @@ def look(core, camera, direction):
 def evolved_twin(phi, a, steps, redistance_every):
     for at in range(0, steps, redistance_every or steps):
         phi = reference.evolve(phi, a, min(redistance_every or steps, steps - at), printed=True)
-        phi = reference.redistanced(phi) if redistance_every else phi
+        phi = st.levelset.redistance(phi.astype(np.float32), 1.0) if redistance_every else phi
     return phi
 
 

@@ -263,23 +263,3 @@ def evolve(
     for _ in range(steps):
         phi = phi + dt * slope(phi, a, sigma_h, sigma_phi, printed)
     return phi
-
-
-def redistanced(phi: Array) -> Array:
-    """Signed distance (voxels) to the zero set of a field: by its crossings beside it, |grad| = 1 from there on."""
-    beside = crossings(-phi, 1.0)
-    known = ~np.isnan(beside)
-    u = np.where(known, np.abs(beside), np.inf)
-    while True:
-        around = np.pad(u, 1, constant_values=np.inf)
-        pairs = [(np.roll(around, 1, k), np.roll(around, -1, k)) for k in range(3)]
-        a, b, c = np.sort([np.minimum(*pair)[1:-1, 1:-1, 1:-1] for pair in pairs], axis=0)
-        with np.errstate(invalid="ignore"):
-            two = (a + b + np.sqrt(2 - (a - b) ** 2)) / 2
-            total = a + b + c
-            three = (total + np.sqrt(total**2 - 3 * (a**2 + b**2 + c**2 - 1))) / 3
-        upwind = np.where(a + 1 <= b, a + 1, np.where(two <= c, two, three))
-        new = np.where(known, u, np.fmin(u, upwind))
-        if (new == u).all():
-            return np.where(phi < 0, -u, u)
-        u = new
