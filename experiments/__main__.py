@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""``python -m experiments list | run NAME [options] | run --short NAME | figures [ID] | stale``."""
+"""``python -m experiments list | run NAME [options] | run --short NAME | figures [ID] | stale | again``."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ import os
 import sys
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from experiments import data, figures, progress, record
+from experiments.again import again
 from experiments.options import add_options
 from experiments.registry import Experiment, UnknownExperimentError, all_experiments, find
 from experiments.sources import digests, stale
@@ -39,6 +40,8 @@ def main(given: Sequence[str] | None = None) -> int:
     commands.add_parser("figures", help="figures and tables of the thesis; --help for more", add_help=False)
     aging = commands.add_parser("stale", help="records that do not rest on today's code, and why")
     aging.add_argument("--check", action="store_true", help="exit code 1 if there are any")
+    renewing = commands.add_parser("again", help="measure stale records again, with their settings")
+    renewing.add_argument("names", nargs="*", metavar="NAME", help="only these, stale or not")
     if arguments[:1] == ["figures"]:
         return figures.main(arguments[1:])
     asked, rest = parser.parse_known_args(arguments)
@@ -53,6 +56,8 @@ def main(given: Sequence[str] | None = None) -> int:
             print(f"{name:28s} {', '.join(changed)}")
         print(f"{len(old)} of {len(record.names())} records are stale")
         return int(asked.check and bool(old))
+    if asked.command == "again":
+        return renew(asked.names)
     if asked.name is None or asked.name.startswith("-"):
         running.print_help()
         return 0 if {"-h", "--help"} & set(rest) else 2
@@ -95,26 +100,57 @@ def run(chosen: Experiment, arguments: Sequence[str], short: bool = False) -> li
         parser.set_defaults(**chosen.short)
     settings = vars(parser.parse_args(arguments))
     folder, out = data.root(settings.pop("data")), settings.pop("out")
+    tables, seconds = measured(chosen, settings, folder, quiet=short)
+    for verdict in [] if short else judge(chosen.name, tables):
+        print(verdict)
+    if out is not None or not short:
+        path = _record(chosen, settings, tables, seconds, **({} if out is None else {"folder": out}))
+        if out is not None:
+            _draw(tables, path)
+    return tables
+
+
+def measured(
+    chosen: Experiment, settings: Mapping[str, Any], folder: Path, quiet: bool = False
+) -> tuple[list[Table], float]:
+    """Tables of an experiment, which are printed, and the seconds that it took."""
     data.check(chosen.name, chosen.needs, folder)
     chosen.check_frames(settings.get("frames"))
     given = {"data": folder} if "data" in inspect.signature(chosen.function).parameters else {}
     began = time.perf_counter()
-    with warnings.catch_warnings(), progress.shown(quiet=short):
+    with warnings.catch_warnings(), progress.shown(quiet=quiet):
         warnings.simplefilter("ignore")
         made = chosen.function(**given, **settings)
     seconds = time.perf_counter() - began
     tables = [made] if isinstance(made, Table) else made
     print("\n\n".join(map(str, tables)))
-    for verdict in [] if short else judge(chosen.name, tables):
-        print(verdict)
-    if out is not None or not short:
-        where: dict[str, Any] = {} if out is None else {"folder": out}
-        plain = [table.to_dict() for table in tables]
-        path = record.save(chosen.name, settings, plain, seconds, sources=digests(chosen), **where)
-        print(f"recorded: {path}")
-        if out is not None:
-            _draw(tables, path)
-    return tables
+    return tables, seconds
+
+
+def renew(names: Sequence[str]) -> int:
+    """Measure records again; 1 if one could not be."""
+    failed = False
+
+    def measure(chosen: Experiment, settings: Mapping[str, Any], instead_of: Mapping[str, Any]) -> None:
+        tables, seconds = measured(chosen, settings, data.root())
+        _record(chosen, settings, tables, seconds, instead_of=instead_of)
+
+    for name in names or stale():
+        try:
+            again(find(name), measure, lambda said: print(said, file=sys.stderr))
+        except (OSError, ValueError, ImportError) as error:
+            print(f"{name}: {error}", file=sys.stderr)
+            failed = True
+    return int(failed)
+
+
+def _record(
+    chosen: Experiment, settings: Mapping[str, Any], tables: Sequence[Table], seconds: float, **told: Any
+) -> Path:
+    plain = [table.to_dict() for table in tables]
+    path = record.save(chosen.name, settings, plain, seconds, sources=digests(chosen), **told)
+    print(f"recorded: {path}")
+    return path
 
 
 def _draw(tables: Sequence[Table], path: Path) -> None:

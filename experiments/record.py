@@ -43,6 +43,7 @@ def save(
     seconds: float,
     *,
     sources: Mapping[str, str] | None = None,
+    instead_of: Mapping[str, Any] | None = None,
     folder: Path = RESULTS,
 ) -> Path:
     """Record a run. It replaces the run with the same settings; those with others stay beside it.
@@ -60,6 +61,8 @@ def save(
         Wall-clock time of the run.
     sources : mapping, optional
         Digests of what was measured with (:mod:`experiments.sources`).
+    instead_of : mapping, optional
+        Settings of another run that it replaces, too.
     folder : Path
         Where the file NAME.json is, or is to be.
 
@@ -83,7 +86,7 @@ def save(
     }
     measured = [_checked(name, table) for table in tables]
     before = load(name, folder) if path_of(name, folder).exists() else {"runs": [], "tables": []}
-    return _write(_merged(name, before, run, measured), path_of(name, folder))
+    return _write(_merged(name, before, run, measured, instead_of), path_of(name, folder))
 
 
 def load(name: str, folder: Path = RESULTS) -> dict[str, Any]:
@@ -175,10 +178,14 @@ def _size(value: Any) -> int:
 
 
 def _merged(
-    name: str, before: Mapping[str, Any], run: dict[str, Any], measured: Sequence[dict[str, Any]]
+    name: str,
+    before: Mapping[str, Any],
+    run: dict[str, Any],
+    measured: Sequence[dict[str, Any]],
+    instead_of: Mapping[str, Any] | None,
 ) -> dict[str, Any]:
-    """The record with the new run instead of that with the same settings, if there is one; tables keep their ids."""
-    runs = [old for old in before["runs"] if old["settings"] != run["settings"]]
+    """The record with the new run instead of those that it replaces; tables keep their ids."""
+    runs = [old for old in before["runs"] if old["settings"] not in (run["settings"], instead_of)]
     places = {number: runs.index(old) for number, old in enumerate(before["runs"]) if old in runs}
     kept = [{**table, "run": places[table["run"]]} for table in before["tables"] if table["run"] in places]
     known = [(table["title"], table["id"]) for table in before["tables"] if table["run"] not in places]

@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: MIT
 """A record holds every table of an experiment with the run that measured it, and a file is never half written."""
 
+from pathlib import Path
+
 import numpy as np
+import pytest
 
 from experiments import record, render, sources
-from experiments.registry import all_experiments
+from experiments.again import settings_of
+from experiments.registry import Experiment, all_experiments
 
 
 def table(title="Fall, 3.16 mm", cell="1.0", **more):
@@ -48,6 +52,24 @@ def test_a_run_replaces_that_with_the_same_settings_and_no_other(tmp_path):
     assert measured(tmp_path) == [("b-2", "2.0", "two"), ("a", "3.0", "one")]
     record.save("fall", {"way": "two"}, [table("B", "4.0")], 1.0, folder=tmp_path)
     assert measured(tmp_path) == [("a", "3.0", "one"), ("b-2", "4.0", "two")]
+
+
+def test_a_run_measured_again_replaces_the_one_that_had_fewer_options(tmp_path):
+    record.save("fall", {"way": "one"}, [table("A")], 1.0, folder=tmp_path)
+    record.save("fall", {"way": "two"}, [table("A")], 1.0, folder=tmp_path)
+    more = {"way": "one", "seeds": 1}
+    record.save("fall", more, [table("A", "2.0")], 1.0, instead_of={"way": "one"}, folder=tmp_path)
+    assert measured(tmp_path) == [("a-2", "1.0", "two"), ("a", "2.0", "one")]
+
+
+def test_recorded_settings_are_values_of_the_options_again():
+    def falls(*, frames: int, only: tuple[str, ...] = (), cache: Path | None = None, seeds: int = 3): ...
+
+    known = Experiment("falls", falls, (), (), "one heap", "another", {})
+    recorded = {"frames": 30, "only": ["a"], "cache": "x"}
+    assert settings_of(known, recorded) == {"frames": 30, "only": ("a",), "cache": Path("x"), "seeds": 3}
+    with pytest.raises(ValueError, match="today's options, got command"):
+        settings_of(known, {"command": "python -m falls"})
 
 
 def test_a_page_is_filled_from_its_records(tmp_path):
