@@ -17,21 +17,27 @@ from sdftrack.imaging.pose_hint import Place
 from sdftrack.options import TrackerOptions
 from sdftrack.reconstruction.options import ReconstructorOptions
 from sdftrack.sdf import SDF
+from sdftrack.sdf.volume import part_inside
 
 MAX_VOXELS = 512
 BYTES_PER_VOXEL = 20
 
 
-def shape_of(core: Any, least: int) -> SDF:
-    """A copy of the current distances and colours; colours observed less than `least` are omitted."""
-    rgb_seen = core.rgb_seen
+def shape_of(core: Any, least: int, margin: int | None = None) -> SDF:
+    """A copy of the current distances and colours; colours observed less than `least` are omitted. `margin`: only so
+    many voxels around what is inside, if anything is."""
+    phi, rgb_seen, origin = core.phi, core.rgb_seen, core.origin
+    if margin is not None and (phi <= 0).any():
+        part = part_inside(phi, margin)
+        phi, rgb_seen = phi[part], rgb_seen[part]
+        origin = origin + core.voxel_m * np.array([along.start for along in reversed(part)])
     seen = rgb_seen[..., 3] >= least
     colors, rgb = None, rgb_seen[seen, :3]
     if rgb.any():
         colors = np.zeros(rgb_seen.shape, np.uint8)
         colors[seen, :3] = (rgb + 128) >> 8
         colors[seen, 3] = 255
-    return SDF._own(np.array(core.phi), core.voxel_m, core.origin, colors)
+    return SDF._own(np.array(phi, order="C"), core.voxel_m, origin, colors)
 
 
 VOXELS = {"quick": 96, "normal": 200, "fine": 300}

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from sdftrack import _core
 from sdftrack._internal.thread_guard import ReentrantLock, one_thread
 from sdftrack._internal.unknown_option import refuse_unknown
+from sdftrack._internal.validation import whole as whole_number
 from sdftrack.camera import Camera, RGBDCamera, depth_camera
 from sdftrack.device import device_number, resolve_device
 from sdftrack.frame import Frame
@@ -287,6 +288,16 @@ class Reconstructor:
         return shape_of(self._volume.core, self._begun.least_seen)
 
     @reading
+    def cropped_shape(self, margin_voxels: int = 16) -> SDF:
+        """:attr:`shape` as :meth:`SDF.cropped` gives it, without a copy of the whole: for each frame's picture.
+
+        The whole shape where nothing is inside.
+        """
+        self._started("cropped_shape")
+        margin = whole_number(margin_voxels, "margin_voxels", 0)
+        return shape_of(self._volume.core, self._begun.least_seen, margin)
+
+    @reading
     def mesh(self, *, seen_only: bool = False, faces: int | None = None) -> Mesh:
         """Watertight coloured mesh, m, object frame; ``seen``: number of observations of each vertex (0: guessed).
 
@@ -343,10 +354,8 @@ class Reconstructor:
         last, newest = TrackerInterface(tracker).last_poses[0], self._kept[-1]
         before = newest.T_cam_obj
         volume, poses = self._volume, [keyframe.T_cam_obj for keyframe in self._kept]
-        shape = self.shape
-        judge = Judge(self._kept, shape, self._frame_camera)
-        was_m = judge.misfit_m(shape)
-        del shape
+        judge = Judge(self._kept, self.cropped_shape(), self._frame_camera)
+        was_m = judge.misfit_m(self.cropped_shape())
 
         def restore() -> None:
             self._begun.volume = volume
@@ -365,7 +374,7 @@ class Reconstructor:
         except BaseException:
             restore()
             raise
-        now_m = judge.misfit_m(self.shape)
+        now_m = judge.misfit_m(self.cropped_shape())
         refined = replace(refined, misfit_m=(was_m, now_m), taken=now_m < OVERFIT * was_m)
         if not refined.taken:
             restore()

@@ -318,13 +318,8 @@ class SDF:
 
         Raises ValueError if nothing is inside.
         """
-        margin = whole(margin_voxels, "margin_voxels", 0)
-        inside = np.argwhere(self._values <= 0)
-        if not len(inside):
-            raise ValueError("cropped: expected a shape, got a volume that is outside everywhere")
-        low = np.maximum(inside.min(0) - margin, 0)
-        high = np.minimum(inside.max(0) + 1 + margin, self._values.shape)
-        part = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
+        part = part_inside(self._values, whole(margin_voxels, "margin_voxels", 0))
+        low = np.array([along.start for along in part])
         colors = None if self._colors is None else np.ascontiguousarray(self._colors[part])
         origin = self._origin + self._voxel_size * low[::-1]
         return SDF._own(np.ascontiguousarray(self._values[part]), self._voxel_size, origin, colors)
@@ -472,3 +467,16 @@ def shape_list(shapes: SDF | Sequence[SDF]) -> list[SDF]:
                 f"{name}: expected an SDF, got {type(shape).__name__}; make one with SDF.from_mesh"
             )
     return many
+
+
+def part_inside(values: NDArray[np.float32], margin: int) -> tuple[slice, slice, slice]:
+    """The smallest part (z, y, x) of a field with all that is inside, and `margin` voxels around it."""
+    inside = values <= 0
+    if not inside.any():
+        raise ValueError("cropped: expected a shape, got a volume that is outside everywhere")
+    layers = [np.flatnonzero(inside.any(axis=others)) for others in ((1, 2), (0, 2), (0, 1))]
+    z, y, x = (
+        slice(max(int(at[0]) - margin, 0), min(int(at[-1]) + 1 + margin, n))
+        for at, n in zip(layers, values.shape, strict=True)
+    )
+    return z, y, x

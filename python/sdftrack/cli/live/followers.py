@@ -129,7 +129,7 @@ class ReconstructorFollower(Follower):
 
     @property
     def shapes(self) -> list[Any]:
-        return [self.star.shape] if self._started else []
+        return [self.star.cropped_shape()] if self._started else []
 
     def step(self, frame: Any) -> Any:
         if self._started:

@@ -131,7 +131,7 @@ class Run:
             self._tell()
 
     def _recorder(self, recording: Recording) -> Any:
-        shape = None if self.job.no_video else self.star.shape
+        shape = None if self.job.no_video else self.star.cropped_shape()
         about = {"obj_ids": [self.recording.obj_id], "names": [NAME]}
         return recording.recorder(shape, self._settings(recording), **about)
 
@@ -141,7 +141,7 @@ class Run:
             return moved if np.isfinite(result.shape_change) else "nothing added"
 
         def shape() -> Any:
-            return None if self.job.no_video else self.star.shape
+            return None if self.job.no_video else self.star.cropped_shape()
 
         recording.follow(self.star.track, lambda i: self._truth(recording, i), shape, note, recorder, tell)
 
@@ -182,7 +182,7 @@ class Run:
 
         job, out, least = self.job, self.recording.out, self.star.options.min_seen
         mesh = self.star.mesh()
-        self.star.shape.cropped().save(out / "shape.npz")
+        self.star.cropped_shape().save(out / "shape.npz")
         sides = four_sides(mesh, self.recording.results[0].pose, threads=job.threads, min_seen=least)
         write_color(out / "mesh.png", sides)
         recorder.wrote("shape.npz", "mesh.png")
