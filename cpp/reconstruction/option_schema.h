@@ -32,6 +32,7 @@ void visit_options(Options& o, Visit& f) {
   f("planes", o.planes, kTrueOrFalse, "", "planes that extend beyond the first mask (table, wall), and what lies behind them, are not part of the object");
   f("keep_to_mask", o.keep_to_mask, kTrueOrFalse, "", "the object is excluded where the first frame observes free space outside its mask");
   f("mask_margin_px", o.mask_margin_px, from_to(0, 100), "px", "how far the object may extend beyond the first mask");
+  f("settle_after", o.settle_after, at_least(0), "", "number of frames after which the first one is placed on the shape again and the shape is rebuilt there; 0: never");
   f("kept_frames", o.kept_frames, at_least(1), "", "maximum number of frames kept for refine() and save(): the first, and others spread over all viewpoints");
 }
 // clang-format on

@@ -38,6 +38,7 @@ struct ReconstructionOptions {
   bool planes = true, keep_to_mask = true;
   int mask_margin_px = 3;
   int kept_frames = 600;
+  int settle_after = 10;  // frames
 };
 
 using levelset::FrameEvidence;

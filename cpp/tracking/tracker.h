@@ -80,6 +80,8 @@ class Tracker {
   void replace_shapes(const std::vector<SdfView>& shapes, const Poses& poses);
   // Object k has another shape from now on, in the same object frame; its centre is kept.
   void reshape(int k, frame::PartialShape known);
+  // The object frame of object k is moved: its pose T_cam_obj becomes T_cam_obj * motion. Its motion goes on.
+  void move_frame(int k, const Rigidd& motion);
   void free_scale(int k) { object(k).free_scale = true; }
   bool has_free_scale(int k) const { return object(k).free_scale; }
   // Enlarges object k to the scale that the measurements show. Returns the log scale that was added; 0: it is

@@ -171,6 +171,15 @@ void Tracker::set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matri
   verdict_.set_pose(std::size_t(k), T_cam_obj);
 }
 
+void Tracker::move_frame(int k, const Rigidd& motion) {
+  Object& one = object(k);
+  const Rigidd T_cam_obj = uncentred(one.T_cam_obj, *one.shape) * motion;
+  one.T_cam_obj = centred(T_cam_obj, *one.shape);
+  one.alternatives.clear();
+  one.reported = T_cam_obj;
+  verdict_.set_pose(std::size_t(k), T_cam_obj);
+}
+
 int Tracker::add(const SdfView& shape, const PoseHint& hint) {
   Object added = new_object(shape_of(shape));
   if (hint.T_cam_obj) added.T_cam_obj = centred(*hint.T_cam_obj, *added.shape);

@@ -1140,7 +1140,7 @@ class ReconstructionOptions:
         ...
     def __hash__(self) -> int:
         ...
-    def __init__(self, *, evolution: str = 'ours', evidence: str = 'smooth', sigma_d_m: float = 0.003, sigma_d_voxels: float = 8.0, evolution_steps: int = 15, redistance_every: int = 15, noise_m: float | None = None, noise_per_m: float = 0.0, carve_from_m: float = 0.003, memory: float = 100.0, known_every: int = 2, border_px: int = 2, prior: float = 0.4, min_seen: float = 0.15, padding_m: float = 0.02, planes: bool = True, keep_to_mask: bool = True, mask_margin_px: int = 3, kept_frames: int = 600) -> None:
+    def __init__(self, *, evolution: str = 'ours', evidence: str = 'smooth', sigma_d_m: float = 0.003, sigma_d_voxels: float = 8.0, evolution_steps: int = 15, redistance_every: int = 15, noise_m: float | None = None, noise_per_m: float = 0.0, carve_from_m: float = 0.003, memory: float = 100.0, known_every: int = 2, border_px: int = 2, prior: float = 0.4, min_seen: float = 0.15, padding_m: float = 0.02, planes: bool = True, keep_to_mask: bool = True, mask_margin_px: int = 3, settle_after: int = 10, kept_frames: int = 600) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -1238,6 +1238,11 @@ class ReconstructionOptions:
     def redistance_every(self) -> int:
         """
         steps of the printed evolution after which its field is made a signed distance again; 0: never, which loses the object
+        """
+    @property
+    def settle_after(self) -> int:
+        """
+        number of frames after which the first one is placed on the shape again and the shape is rebuilt there; 0: never
         """
     @property
     def sigma_d_m(self) -> float:

@@ -120,6 +120,21 @@ TEST(Tracker, some_objects_can_be_recovered_only_beside_a_result_about_the_other
   EXPECT_THROW(scene.tracker.recover(frame, {0}, {tracking::PoseHint{}}), std::runtime_error);
 }
 
+TEST(Tracker, a_moved_object_frame_moves_the_poses_and_nothing_else) {
+  Scene scene;
+  const std::vector<Rigidd> boxes{kLeft, kRight};
+  scene.tracker.start(scene.frame(0, boxes), {at_pose(kLeft), at_pose(kRight)});
+  const Rigidd before = scene.tracker.last_result().objects[0].T_cam_obj;
+  const Rigidd motion = increment(Vec3d{0.01, -0.02, 0.01}, Vec3d{0.001, -0.002, 0.0005});
+  scene.tracker.move_frame(0, motion);
+  const Rigidd moved = *scene.tracker.last_good_poses()[0], expected = before * motion;
+  EXPECT_LT(norm(moved.t - expected.t), 1e-12);
+  EXPECT_LT(norm(moved.R.r0 - expected.R.r0), 1e-12);
+  EXPECT_EQ(scene.tracker.last_result().index, 0);
+  // The box is where it was: the fit takes the motion out again.
+  EXPECT_LT(norm(scene.tracker.track(scene.frame(1, boxes)).objects[0].T_cam_obj.t - kLeft.t), 5e-4);
+}
+
 TEST(Tracker, a_frame_outside_of_the_sequence_leaves_its_record) {
   Scene scene;
   scene.tracker.start(scene.frame(0, {kLeft, kRight}), {at_pose(kLeft), at_pose(kRight)});

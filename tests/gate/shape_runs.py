@@ -39,7 +39,7 @@ def reconstruction() -> Hashes:
     camera = st.Camera(400.0, 400.0, 159.5, 119.5, 320, 240)
     seq = st.synth.sequence(_body(), 14, _turning(14), 0.001, seed=4, camera=camera)
     frames = list(seq)
-    star = st.Reconstructor(camera, voxels=80)
+    star = st.Reconstructor(camera, voxels=80, options=st.ReconstructorOptions(settle_after=4))
     results = [star.start(frames[0], mask=seq.masks(0)[0])] + [star.track(f) for f in frames[1:11]]
     out = {"mesh": mesh(star.mesh()), "shape": digest(star.shape.values, star.shape.colors)}
     star.refine()

@@ -21,10 +21,12 @@ def reconstructed(threads: int = 1, mode: str = "auto") -> tuple[st.Reconstructo
 
 def test_poses_are_right_while_the_shape_is_unknown() -> None:
     _, poses, results = reconstructed()
-    assert all(r.ok for r in results)
+    assert all(r.ok for r in results[:30])
+    # Seen from its end the body is nearly round: with its true shape its turn is known to 1.6 degrees (sd).
+    assert all(r.ok or r.reason[0].startswith("undetermined") for r in results[30:])
     errors = scene.pose_errors(scene.sequence(), poses)
-    assert errors[:, 0].mean() < 0.0006
-    assert np.degrees(errors[:, 1]).mean() < 0.8
+    assert errors[:, 0].mean() < 0.0004
+    assert np.degrees(errors[:, 1]).mean() < 0.5
     assert errors[:, 0].max() < 0.0015
     assert np.degrees(errors[:, 1]).max() < 1.5
 
@@ -34,6 +36,22 @@ def test_a_frame_moves_the_surface_by_a_part_of_a_voxel_on_the_mean() -> None:
     changes = [r.shape_change for r in results[1:]]
     assert min(changes) > 0
     assert max(changes) < 0.2 * star.shape.voxel_size
+
+
+def test_after_ten_frames_the_first_one_s_noise_is_no_longer_in_the_poses() -> None:
+    seq = scene.sequence(30, 30.0, 0.002)
+    found = {}
+    for after in (0, 10):
+        star, results = scene.begun(30, seq, options=st.ReconstructorOptions(settle_after=after))
+        poses = scene.poses_of(results)
+        np.testing.assert_array_equal(star._kept[0].T_cam_obj, poses[0])
+        surface = scene.surface_error(seq, star, poses[0], least=1.0)
+        found[after] = poses, scene.pose_errors(seq, poses)[10:].mean(0), surface.mean()
+    as_before, settled = found[0], found[10]
+    np.testing.assert_array_equal([as_before[0][i] for i in range(9)], [settled[0][i] for i in range(9)])
+    assert settled[1][0] < 0.5 * as_before[1][0]
+    assert settled[1][1] < 0.8 * as_before[1][1]
+    assert settled[2] < 0.75 * as_before[2]
 
 
 def test_the_seen_surface_lies_where_it_is() -> None:

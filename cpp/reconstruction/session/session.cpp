@@ -141,9 +141,63 @@ const SessionResult& Session::track(const frame::DepthFrame& frame) {
   // cannot be observed, any pose adds the same.
   const bool sure =
       found.sure_where_determined() || (options_.evolved && found.trust.status == tracking::Status::kWeak);
-  const Rigidd T_cam_obj = found.T_cam_obj;
+  Rigidd T_cam_obj = found.T_cam_obj;
   const bool fused = sure && frame.depth_m.data && add(frame, T_cam_obj);
+  const bool all_kept = int(keyframes_.frames().size()) == volume_->fused();
+  if (fused && volume_->fused() == options_.settle_after && all_kept && later_.empty() && !options_.evolved)
+    if (const std::optional<Rigidd> motion = settled_by()) {
+      rebuild(*motion);
+      T_cam_obj = T_cam_obj * *motion;
+    }
   return finish(T_cam_obj, fused, true);
+}
+
+// The first shape took the noise of the first frame for its form, and the next frames were placed on it. The
+// mean of all shows where the first frame is. Returns what moves the poses of the others accordingly,
+// T_cam_obj * motion; none where that is not certain.
+std::optional<Rigidd> Session::settled_by() const {
+  const Keyframe& first = *keyframes_.frames().front();
+  const std::vector<float> depth_m = whole(first.depth_m, first.region, camera_.width, camera_.height);
+  std::vector<std::uint8_t> rgb;
+  appearance::ColorImage color;
+  if (!first.rgb.empty()) {
+    rgb.resize(3 * depth_m.size());
+    const std::size_t row = 3 * std::size_t(first.region.x1 - first.region.x0);
+    for (int y = first.region.y0; y < first.region.y1; ++y)
+      std::copy_n(first.rgb.data() + std::size_t(y - first.region.y0) * row, row,
+                  rgb.data() + 3 * (std::size_t(y) * std::size_t(camera_.width) + first.region.x0));
+    color = {rgb.data(), appearance::aligned_map(camera_.width, camera_.height)};
+  }
+  const std::unique_ptr<tracking::Tracker> tracker = tracker_->alone(0);
+  tracker->set_pose(0, first.T_cam_obj, std::nullopt);
+  const frame::DepthFrame frame =
+      tracker->make_frame({depth_m.data(), camera_.width, camera_.height}, nullptr,
+                          std::numeric_limits<double>::quiet_NaN(), rgb.empty() ? nullptr : &color);
+  const tracking::ObjectResult& found = tracker->revisit(frame).front();
+  if (found.trust.status != tracking::Status::kOk) return std::nullopt;
+  return inverse(found.T_cam_obj) * first.T_cam_obj;
+}
+
+// The first keyframe keeps its pose: there the object frame is defined.
+void Session::rebuild(const Rigidd& motion) {
+  std::shared_ptr<GrowingVolume> volume = volume_->emptied();
+  std::vector<Keyframe*> moved;
+  for (const std::shared_ptr<Keyframe>& keyframe : keyframes_.frames()) moved.push_back(keyframe.get());
+  const auto move_by = [&](const Rigidd& by) {
+    for (std::size_t i = 1; i < moved.size(); ++i) moved[i]->T_cam_obj = moved[i]->T_cam_obj * by;
+  };
+  move_by(motion);
+  try {
+    for (const Keyframe* keyframe : moved)
+      volume->fuse(*keyframe,
+                   {whole(keyframe->depth_m, keyframe->region, camera_.width, camera_.height).data(),
+                    camera_.width, camera_.height});
+  } catch (...) {
+    move_by(inverse(motion));
+    throw;
+  }
+  tracker_->move_frame(0, motion);
+  set_volume(std::move(volume));
 }
 
 const SessionResult& Session::resume(tracking::Tracker* tracker, const frame::DepthFrame& frame,
