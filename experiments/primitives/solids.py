@@ -68,12 +68,11 @@ def synthetic(
         "noise, kind", "n", "right kind", "size err", "size p95", "size in limit", "size told", "size of them",
         "axis err", "axis p95", "axis in limit", "axis told", "axis of them", "held lost", "sd ratio", "ms",
     ]  # fmt: skip
-    title = (
-        f"Random solids, 4-25 cm, on a table at 0.6-1.2 m, kind='auto', no mask, scaling={scaling!r}. Errors: median "
-        "and 95th percentile (%, deg); limits: 1 %, 0.3 deg at 1 mm, 2 %, 1 deg with Kinect noise. told: views in "
-        "which two stated deviations are within the limit; of them: the share that is within it"
-    )
-    return Table(title, head, rows)
+    notes = [
+        "Errors: median and 95th percentile, % and deg. Limits: 1 % and 0.3 deg at 1 mm, 2 % and 1 deg with a Kinect.",
+        "told: views in which two stated deviations are within the limit; of them: the share that is within it.",
+    ]
+    return Table(f"Random solids on a table, scaling={scaling}", head, rows, notes)
 
 
 def _row(
