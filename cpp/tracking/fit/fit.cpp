@@ -155,12 +155,12 @@ void PoseFitter::run_fine(const energies::SdfEnergyOptions& energy, optim::State
     few->assign_subset(all, options_.coarse_pixels);
   }
   if (!(target_->memory.outline.factor > 0)) {
-    view_.read_outline_beside_depth(inverse(x->T_obj_cam[0]), options_.outline_far_px);
+    view_.read_outline(inverse(x->T_obj_cam[0]), options_.outline_far_px);
     run(few);
   }
   for (int round = 0; round < kOutlineRounds; ++round) {
     const Rigidd T_cam_obj = inverse(x->T_obj_cam[0]);
-    view_.read_outline_beside_depth(T_cam_obj, options_.outline_reach_px);
+    view_.read_outline(T_cam_obj, options_.outline_reach_px);
     run(few);
     if (moved_px(T_cam_obj, inverse(x->T_obj_cam[0])) < kMoved_px) break;
   }

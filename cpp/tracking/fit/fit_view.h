@@ -138,8 +138,6 @@ class FitView {
   // Reads the outline in the colour image as seen from T_cam_obj; none without colours, or where the options
   // exclude it. Valid until the next call. Returns the number of places evaluated.
   int read_outline(const Rigidd& T_cam_obj, int reach_px);
-  // No lines where most of the outline is hidden: depth holds the pose, and lines beside a finger follow it.
-  void read_outline_beside_depth(const Rigidd& T_cam_obj, int reach_px);
   // Neighbours next to which an outline is not used, from now on; kept by address. Initially the target's.
   void set_neighbors(const Neighbors* neighbors) { neighbors_ = neighbors; }
   // Learns the colours on both sides of the outline at T_cam_obj, which must be reliable.

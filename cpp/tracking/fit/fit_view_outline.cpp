@@ -14,7 +14,6 @@ namespace sdftrack::tracking {
 namespace {
 
 constexpr std::size_t kMinViewLines = 20;
-constexpr double kSeenShare = 0.5;  // of the places on the outline; beside depth
 constexpr int kOutlineSteps = 4;
 constexpr int kOutlineEvery = 4;  // frames in which depth alone holds the pose
 constexpr double kUsualShared = 6, kOutlineFollows = 0.2, kExcessFollows = 0.3, kOutlineSees = 6,
@@ -37,11 +36,6 @@ int FitView::read_outline(const Rigidd& T_cam_obj, int reach_px) {
       *frame_, *camera_, target_->shape, target_->outline, T_cam_obj,
       {options_.outline_points, reach_px, in_front_m(stated_noise_m_, target_->memory), neighbors_},
       &contours_, &outline_lines_);
-}
-
-void FitView::read_outline_beside_depth(const Rigidd& T_cam_obj, int reach_px) {
-  const int looked_at = read_outline(T_cam_obj, reach_px);
-  if (double(outline_lines_.lines.size()) < kSeenShare * looked_at) outline_lines_.lines.clear();
 }
 
 void FitView::learn_outline(const frame::DepthFrame& frame, const Camera& camera, const frame::Shape& shape,
@@ -127,7 +121,7 @@ void FitView::compare_outline_now_and_then(const optim::State& x, double area_px
                                            const energies::EnergySummary& depth, FitMemory* memory) {
   if (!reads_outline() || ++memory->outline_age < kOutlineEvery) return;
   memory->outline_age = 0;
-  read_outline_beside_depth(inverse(x.T_obj_cam[0]), options_.outline_reach_px);
+  read_outline(inverse(x.T_obj_cam[0]), options_.outline_reach_px);
   if (outline_lines_.lines.size() >= kMinViewLines) compare_with_outline(x, area_px, depth, 0, memory);
   outline_lines_.lines.clear();
 }

@@ -123,7 +123,7 @@ bool JointFitter::read_outlines(const optim::State& x) {
     FitView& view = *views_[m];
     if (view.candidates() == 0 || !view.outline_helps()) continue;
     view.set_neighbors(&neighbors_at(x, m));
-    view.read_outline_beside_depth(inverse(x.T_obj_cam[m]), options_.outline_reach_px);
+    view.read_outline(inverse(x.T_obj_cam[m]), options_.outline_reach_px);
     any |= view.outline_weight((*targets_)[m].memory) > 0;
   }
   return any;
