@@ -241,7 +241,8 @@ void bind_growing_volume(py::module_& m) {
           "beginning"_a, "T_cam_obj"_a)
       .def(
           "fuse",
-          [](const PyGrowingVolume& self, const Keyframe& keyframe) {
+          [](const PyGrowingVolume& self, const Keyframe& keyframe,
+             const std::optional<PyGrowingVolume>& known) {
             const Camera& camera = self.core->camera();
             const auto& [x0, y0, x1, y1] = keyframe.region;
             check_region({x0, y0, x1, y1}, camera.width, camera.height);
@@ -250,11 +251,16 @@ void bind_growing_volume(py::module_& m) {
                 (keyframe.mask.empty() && keyframe.foreground.size() != size))
               throw py::value_error("keyframe: expected depth, and a mask or a foreground, of its region");
             const ReleaseGil release;
+            if (known) return self.core->fuse_again(keyframe, *known->core);
             const std::vector<float> depth =
                 reconstruction::whole(keyframe.depth_m, keyframe.region, camera.width, camera.height);
             self.core->fuse(keyframe, {depth.data(), camera.width, camera.height});
           },
-          "keyframe"_a);
+          "keyframe"_a, "known"_a = py::none())
+      .def("measure", [](const PyGrowingVolume& self) {
+        const ReleaseGil release;
+        self.core->measure();
+      });
 }
 
 }  // namespace

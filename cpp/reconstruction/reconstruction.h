@@ -63,6 +63,11 @@ class Reconstruction {
   std::unique_ptr<Reconstruction> continued(std::shared_ptr<const FirstView> view, int threads) const;
 
   void fuse(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj, int threads);
+  // Fuses a frame again. `known`, a shape of the same frames, tells what of the frame is
+  // the object's; on the CPU distances are as before until measure().
+  void fuse_again(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj, int threads,
+                  const Reconstruction& known);
+  void measure(int threads);
 
   int device() const { return device_; }
   const sdf::Grid& grid() const { return evidence_.grid(); }
@@ -97,7 +102,11 @@ class Reconstruction {
   void follow(const std::vector<int>& changed, int threads);
   void measure_all(int threads);
   void update_far(int threads);
-  void find_roles(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj);
+  bool measures_at_once() const { return on_device_ || field_; }
+  void add_evidence(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj, int threads,
+                    const Reconstruction& known, const std::vector<int>** changed);
+  void find_roles(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj,
+                  const Reconstruction& known);
 
   bool looked_past(Vec3d p_obj) const;
 

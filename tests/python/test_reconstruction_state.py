@@ -110,3 +110,18 @@ def test_an_interrupted_refinement_leaves_everything_as_it_was():
     np.testing.assert_array_equal(star.shape.values, shape)
     np.testing.assert_array_equal([k.T_cam_obj for k in star._kept], poses)
     star.refine(rounds=1)
+
+
+def test_frames_fused_again_with_one_measurement_at_the_end_give_the_same_surface():
+    star = begun(20)
+    one_by_one, at_once = star._volume.emptied(), star._volume.emptied()
+    for keyframe in star._kept:
+        one_by_one.fuse(keyframe)
+        at_once.fuse(keyframe, star._volume)
+    at_once.measure()
+    expected, found = one_by_one.core, at_once.core
+    np.testing.assert_array_equal(found.weight, expected.weight)
+    np.testing.assert_array_equal(found.log_ratio, expected.log_ratio)
+    near = (np.abs(expected.phi) < expected.voxel_m) & (np.array(expected.seen) >= 3)
+    assert near.sum() > 1000
+    assert np.abs(found.phi - expected.phi)[near].max() < 1e-3 * expected.voxel_m

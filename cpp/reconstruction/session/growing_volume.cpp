@@ -54,7 +54,13 @@ void GrowingVolume::begin_recording(const Beginning& beginning, const Rigidd& T_
   core_ = core_->continued(beginning.view_at(camera_, T_cam_obj), threads_);
 }
 
-void GrowingVolume::fuse(const Keyframe& keyframe, const ImageView<float>& depth_m) {
+void GrowingVolume::fuse_again(const Keyframe& keyframe, const GrowingVolume& known) {
+  const std::vector<float> depth_m = whole(keyframe.depth_m, keyframe.region, camera_.width, camera_.height);
+  fuse(keyframe, {depth_m.data(), camera_.width, camera_.height}, known.core_.get());
+}
+
+void GrowingVolume::fuse(const Keyframe& keyframe, const ImageView<float>& depth_m,
+                         const Reconstruction* known) {
   levelset::FrameEvidence frame{depth_m, keyframe.region};
   std::vector<unsigned char> mask;
   if (keyframe.mask.empty()) {
@@ -65,7 +71,11 @@ void GrowingVolume::fuse(const Keyframe& keyframe, const ImageView<float>& depth
   }
   if (!keyframe.rgb.empty()) frame.rgb = keyframe.rgb.data();
   const Rigidd& T = keyframe.T_cam_obj;
-  core_->fuse(frame, camera_, {nearest_rotation(T.R), T.t}, threads_);
+  const Rigidd T_cam_obj{nearest_rotation(T.R), T.t};
+  if (known)
+    core_->fuse_again(frame, camera_, T_cam_obj, threads_, *known);
+  else
+    core_->fuse(frame, camera_, T_cam_obj, threads_);
   ++fused_;
 }
 

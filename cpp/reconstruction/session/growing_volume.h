@@ -27,7 +27,10 @@ class GrowingVolume {
   // The following frames are bounded by the first frame of their recording, which has this pose.
   void begin_recording(const Beginning& beginning, const Rigidd& T_cam_obj);
   // depth_m: the frame's whole image.
-  void fuse(const Keyframe& keyframe, const ImageView<float>& depth_m);
+  void fuse(const Keyframe& keyframe, const ImageView<float>& depth_m) { fuse(keyframe, depth_m, nullptr); }
+  // Fuses a keyframe of `known` again; measure() is to follow the last one.
+  void fuse_again(const Keyframe& keyframe, const GrowingVolume& known);
+  void measure() { core_->measure(threads_); }
   // Enlarges the volume if the surface is within a block of its border; the thesis' evolution keeps its
   // volume. Returns whether it did.
   bool grow_if_needed();
@@ -40,6 +43,8 @@ class GrowingVolume {
   VolumeNow now() const;
 
  private:
+  void fuse(const Keyframe& keyframe, const ImageView<float>& depth_m, const Reconstruction* known);
+
   Camera camera_;
   std::shared_ptr<const Beginning> beginning_;
   std::optional<KnownShape> initial_;

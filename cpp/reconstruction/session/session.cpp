@@ -141,15 +141,16 @@ const SessionResult& Session::track(const frame::DepthFrame& frame) {
   // cannot be observed, any pose adds the same.
   const bool sure =
       found.sure_where_determined() || (options_.evolved && found.trust.status == tracking::Status::kWeak);
-  Rigidd T_cam_obj = found.T_cam_obj;
+  const Rigidd T_cam_obj = found.T_cam_obj;
   const bool fused = sure && frame.depth_m.data && add(frame, T_cam_obj);
+  finish(T_cam_obj, fused, true);
   const bool all_kept = int(keyframes_.frames().size()) == volume_->fused();
   if (fused && volume_->fused() == options_.settle_after && all_kept && later_.empty() && !options_.evolved)
     if (const std::optional<Rigidd> motion = settled_by()) {
       rebuild(*motion);
-      T_cam_obj = T_cam_obj * *motion;
+      result_.tracked.objects.front().T_cam_obj = T_cam_obj * *motion;
     }
-  return finish(T_cam_obj, fused, true);
+  return result_;
 }
 
 // The first shape took the noise of the first frame for its form, and the next frames were placed on it. The
@@ -188,10 +189,8 @@ void Session::rebuild(const Rigidd& motion) {
   };
   move_by(motion);
   try {
-    for (const Keyframe* keyframe : moved)
-      volume->fuse(*keyframe,
-                   {whole(keyframe->depth_m, keyframe->region, camera_.width, camera_.height).data(),
-                    camera_.width, camera_.height});
+    for (const Keyframe* keyframe : moved) volume->fuse_again(*keyframe, *volume_);
+    volume->measure();
   } catch (...) {
     move_by(inverse(motion));
     throw;

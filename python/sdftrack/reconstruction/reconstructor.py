@@ -365,7 +365,7 @@ class Reconstructor:
         def fuse_all(tell: Callable[[float], None]) -> None:
             # Frees the volume of the last round: two at most are in memory.
             self._begun.volume = volume
-            self._fuse_all(tell)
+            self._fuse_all(tell, volume)
 
         try:
             refined = refining.refine(
@@ -449,16 +449,18 @@ class Reconstructor:
         view = TrackerInterface(self._started("add")).core_frame(frame)
         return self._begun.add(view, np.ascontiguousarray(T))
 
-    def _fuse_all(self, progress: Callable[[float], None]) -> None:
-        """Rebuild the shape from all keyframes at their current poses."""
+    def _fuse_all(self, progress: Callable[[float], None], known: _core.GrowingVolume | None = None) -> None:
+        """Rebuild the shape from all keyframes at their current poses; `known`: the shape that they had before."""
         volume, recording = self._volume.emptied(), 0
         kept, later = self._kept, self._begun.later
         for i, keyframe in enumerate(kept):
             if keyframe.recording != recording:
                 recording = keyframe.recording
                 volume.begin_recording(later[recording - 1], keyframe.T_cam_obj)
-            volume.fuse(keyframe)
+            volume.fuse(keyframe, known)
             progress((i + 1) / len(kept))
+        if known is not None:
+            volume.measure()
         self._begun.volume = volume  # whole, or not at all
 
     def _finished(self, result: TrackResult, begin: float) -> TrackResult:
