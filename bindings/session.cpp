@@ -221,6 +221,14 @@ void bind_keyframes(py::module_& m) {
           "frames"_a, "views"_a, "nearest"_a, "gaps"_a);
 }
 
+void check_keyframe(const Keyframe& keyframe, const Camera& camera) {
+  const auto& [x0, y0, x1, y1] = keyframe.region;
+  check_region({x0, y0, x1, y1}, camera.width, camera.height);
+  const auto size = static_cast<std::size_t>(keyframe.region.count());
+  if (keyframe.depth_m.size() != size || (keyframe.mask.empty() && keyframe.foreground.size() != size))
+    throw py::value_error("keyframe: expected depth, and a mask or a foreground, of its region");
+}
+
 void bind_growing_volume(py::module_& m) {
   py::class_<PyGrowingVolume>(m, "GrowingVolume",
                               "The volume of a session, enlarged where the shape needs it.")
@@ -241,22 +249,23 @@ void bind_growing_volume(py::module_& m) {
           "beginning"_a, "T_cam_obj"_a)
       .def(
           "fuse",
-          [](const PyGrowingVolume& self, const Keyframe& keyframe,
-             const std::optional<PyGrowingVolume>& known) {
-            const Camera& camera = self.core->camera();
-            const auto& [x0, y0, x1, y1] = keyframe.region;
-            check_region({x0, y0, x1, y1}, camera.width, camera.height);
-            const auto size = static_cast<std::size_t>(keyframe.region.count());
-            if (keyframe.depth_m.size() != size ||
-                (keyframe.mask.empty() && keyframe.foreground.size() != size))
-              throw py::value_error("keyframe: expected depth, and a mask or a foreground, of its region");
+          [](const PyGrowingVolume& self, const Keyframe& keyframe) {
+            check_keyframe(keyframe, self.core->camera());
             const ReleaseGil release;
-            if (known) return self.core->fuse_again(keyframe, *known->core);
+            const Camera& camera = self.core->camera();
             const std::vector<float> depth =
                 reconstruction::whole(keyframe.depth_m, keyframe.region, camera.width, camera.height);
             self.core->fuse(keyframe, {depth.data(), camera.width, camera.height});
           },
-          "keyframe"_a, "known"_a = py::none())
+          "keyframe"_a)
+      .def(
+          "fuse_again",
+          [](const PyGrowingVolume& self, const Keyframe& keyframe, const PyGrowingVolume& known) {
+            check_keyframe(keyframe, self.core->camera());
+            const ReleaseGil release;
+            self.core->fuse_again(keyframe, *known.core);
+          },
+          "keyframe"_a, "known"_a)
       .def("measure", [](const PyGrowingVolume& self) {
         const ReleaseGil release;
         self.core->measure();

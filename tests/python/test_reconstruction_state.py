@@ -117,7 +117,7 @@ def test_frames_fused_again_with_one_measurement_at_the_end_give_the_same_surfac
     one_by_one, at_once = star._volume.emptied(), star._volume.emptied()
     for keyframe in star._kept:
         one_by_one.fuse(keyframe)
-        at_once.fuse(keyframe, star._volume)
+        at_once.fuse_again(keyframe, star._volume)
     at_once.measure()
     expected, found = one_by_one.core, at_once.core
     np.testing.assert_array_equal(found.weight, expected.weight)

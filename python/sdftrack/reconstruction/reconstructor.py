@@ -457,7 +457,10 @@ class Reconstructor:
             if keyframe.recording != recording:
                 recording = keyframe.recording
                 volume.begin_recording(later[recording - 1], keyframe.T_cam_obj)
-            volume.fuse(keyframe, known)
+            if known is None:
+                volume.fuse(keyframe)
+            else:
+                volume.fuse_again(keyframe, known)
             progress((i + 1) / len(kept))
         if known is not None:
             volume.measure()
