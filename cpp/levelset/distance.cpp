@@ -218,7 +218,7 @@ void EvidenceDistance::sweep_far(float band_voxels) {
         has_surface_ |= known_[i] != 0;
       }
   if (!has_surface_) return;
-  sdf::fast_sweep(coarse, known_, &coarse_);
+  sdf::fast_sweep(coarse, known_, 1, &coarse_);
   for (std::size_t k = 0; k < coarse_.size(); ++k)
     if (inside_[k]) coarse_[k] = -coarse_[k];
 }

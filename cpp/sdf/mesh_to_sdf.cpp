@@ -51,7 +51,7 @@ std::vector<float> mesh_distance(const Bvh& bvh, const Grid& grid, double band_v
     for (int ix = 0; ix < bx; ++ix)
       fill_block(bvh, grid, {ix * kBlock, iy * kBlock, iz * kBlock}, band_vox * grid.voxel_m, &u, &known);
   });
-  fast_sweep(grid, known, &u);
+  fast_sweep(grid, known, threads, &u);
   return u;
 }
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "base/interrupt.h"
+#include "base/parallel.h"
 #include "sdf/sweep_terms.h"
 
 namespace sdftrack::sdf {
@@ -12,23 +13,70 @@ namespace sdftrack::sdf {
 namespace {
 
 constexpr int kRounds = 2;  // of eight sweeps: the second round corrects paths around corners
+constexpr std::size_t kRowsAtOnce = 16;
 
-struct Sweep {
-  const Grid& grid;
-  const std::vector<std::uint8_t>& known;
-  std::vector<float>& u;
+// The sweeps visit rows along x. Rows with the same y + z, in the order of a sweep, do not read each other,
+// so that they can be visited at once; what each reads is as in a visit of one after the other.
+class Sweeps {
+ public:
+  // When a row last changed, and when it was last visited forwards and backwards.
+  struct Row {
+    std::int32_t changed = 0, visited[2] = {0, 0};
+  };
+
+  Sweeps(const Grid& grid, const std::vector<std::uint8_t>& known, int threads, std::vector<Row>* rows,
+         std::vector<float>* u)
+      : grid_(grid), known_(known), u_(*u), threads_(threads), rows_(*rows) {
+    rows_.assign(std::size_t(grid.ny) * std::size_t(grid.nz), Row{});
+  }
+
+  // Returns whether a value fell.
+  bool run(int order) {
+    const bool fx = order & 1, fy = order & 2, fz = order & 4;
+    const std::int32_t before = now_;
+    for (int diagonal = 0; diagonal < grid_.ny + grid_.nz - 1; ++diagonal) {
+      check_interrupt();
+      ++now_;
+      const int first = std::max(0, diagonal - grid_.ny + 1), last = std::min(diagonal, grid_.nz - 1);
+      const auto count = std::size_t(last - first + 1);
+      parallel_for((count + kRowsAtOnce - 1) / kRowsAtOnce, threads_, [&](std::size_t chunk) {
+        const std::size_t end = std::min(count, (chunk + 1) * kRowsAtOnce);
+        for (std::size_t k = chunk * kRowsAtOnce; k < end; ++k) {
+          const int z = first + int(k), y = diagonal - z;
+          visit(fy ? y : grid_.ny - 1 - y, fz ? z : grid_.nz - 1 - z, fx);
+        }
+      });
+    }
+    return std::any_of(rows_.begin(), rows_.end(), [&](const Row& r) { return r.changed > before; });
+  }
+
+ private:
+  Row& at(int y, int z) { return rows_[std::size_t(z) * grid_.ny + y]; }
+
+  // A visit in the same direction changes nothing if nothing that it reads has changed since the last one.
+  void visit(int y, int z, bool forward) {
+    Row& row = at(y, z);
+    std::int32_t changed = row.changed;
+    if (y > 0) changed = std::max(changed, at(y - 1, z).changed);
+    if (y + 1 < grid_.ny) changed = std::max(changed, at(y + 1, z).changed);
+    if (z > 0) changed = std::max(changed, at(y, z - 1).changed);
+    if (z + 1 < grid_.nz) changed = std::max(changed, at(y, z + 1).changed);
+    if (changed < row.visited[forward]) return;
+    row.visited[forward] = now_;
+    if (sweep_row(y, z, forward)) row.changed = now_;
+  }
 
   // One row, forwards or backwards; returns whether a value fell.
-  bool row(int iy, int iz, bool forward) const {
-    const auto nx = std::ptrdiff_t(grid.nx);
-    const std::ptrdiff_t slice = nx * grid.ny;
-    const auto start = std::ptrdiff_t(grid.index(0, iy, iz));
-    float* line = u.data() + start;
-    const std::uint8_t* fixed = known.data() + start;
-    const float h = float(grid.voxel_m);
+  bool sweep_row(int iy, int iz, bool forward) {
+    const auto nx = std::ptrdiff_t(grid_.nx);
+    const std::ptrdiff_t slice = nx * grid_.ny;
+    const auto start = std::ptrdiff_t(grid_.index(0, iy, iz));
+    float* line = u_.data() + start;
+    const std::uint8_t* fixed = known_.data() + start;
+    const float h = float(grid_.voxel_m);
     // At the border the missing neighbour is replaced by the one inside.
-    const float *y0 = line + (iy > 0 ? -nx : nx), *y1 = line + (iy + 1 < grid.ny ? nx : -nx);
-    const float *z0 = line + (iz > 0 ? -slice : slice), *z1 = line + (iz + 1 < grid.nz ? slice : -slice);
+    const float *y0 = line + (iy > 0 ? -nx : nx), *y1 = line + (iy + 1 < grid_.ny ? nx : -nx);
+    const float *z0 = line + (iz > 0 ? -slice : slice), *z1 = line + (iz + 1 < grid_.nz ? slice : -slice);
     bool changed = false;
     for (std::ptrdiff_t k = 0; k < nx; ++k) {
       const std::ptrdiff_t i = forward ? k : nx - 1 - k;
@@ -45,27 +93,25 @@ struct Sweep {
     return changed;
   }
 
-  bool run(int order) const {
-    const bool fx = order & 1, fy = order & 2, fz = order & 4;
-    bool changed = false;
-    for (int z = 0; z < grid.nz; ++z) {
-      check_interrupt();
-      for (int y = 0; y < grid.ny; ++y)
-        changed = row(fy ? y : grid.ny - 1 - y, fz ? z : grid.nz - 1 - z, fx) || changed;
-    }
-    return changed;
-  }
+  const Grid& grid_;
+  const std::vector<std::uint8_t>& known_;
+  std::vector<float>& u_;
+  int threads_;
+  std::vector<Row>& rows_;
+  std::int32_t now_ = 0;  // a time for each diagonal
 };
 
 }  // namespace
 
-void fast_sweep(const Grid& grid, const std::vector<std::uint8_t>& known, std::vector<float>* u) {
+void fast_sweep(const Grid& grid, const std::vector<std::uint8_t>& known, int threads,
+                std::vector<float>* u) {
   for (std::size_t i = 0; i < u->size(); ++i)
     if (!known[i]) (*u)[i] = kUnreached;
-  const Sweep sweep{grid, known, *u};
+  thread_local std::vector<Sweeps::Row> rows;  // kept, as a reconstruction sweeps in every tenth frame
+  Sweeps sweeps(grid, known, threads, &rows, u);
   for (int round = 0; round < kRounds; ++round) {
     bool changed = false;
-    for (int order = 0; order < 8; ++order) changed = sweep.run(order) || changed;
+    for (int order = 0; order < 8; ++order) changed = sweeps.run(order) || changed;
     if (!changed) break;
   }
 }

@@ -10,7 +10,7 @@
 namespace sdftrack::sdf {
 
 // u (m, >= 0) is kept where known[i] != 0 and found elsewhere. Gauss-Seidel in eight orders with Godunov's
-// upwind difference, on one thread: the method depends on the order.
-void fast_sweep(const Grid& grid, const std::vector<std::uint8_t>& known, std::vector<float>* u);
+// upwind difference. The result depends on the order, but not on the number of threads.
+void fast_sweep(const Grid& grid, const std::vector<std::uint8_t>& known, int threads, std::vector<float>* u);
 
 }  // namespace sdftrack::sdf

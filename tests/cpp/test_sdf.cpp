@@ -207,7 +207,7 @@ TEST(Sweep, solves_the_upwind_differences_of_a_slope_of_1) {
     u.push_back(known.back() ? 0.02f * float(random() % 1000) / 1000 : 0);
   }
   const std::vector<float> before = u;
-  sdf::fast_sweep(grid, known, &u);
+  sdf::fast_sweep(grid, known, 2, &u);
   const auto at = [&](int x, int y, int z) {
     const bool out = x < 0 || y < 0 || z < 0 || x >= 9 || y >= 8 || z >= 7;
     return out ? 1e9 : double(u[grid.index(x, y, z)]);

@@ -56,7 +56,7 @@ OpenMeshSdf open_mesh_to_sdf(const MeshView& mesh, const Bvh& bvh, const Grid& g
   });
   for (std::uint8_t k : known) out.gap_voxels += k;
   if (out.gap_voxels) {
-    fast_sweep(grid, known, &hole);
+    fast_sweep(grid, known, threads, &hole);
     for (std::size_t i = 0; i < u.size(); ++i) u[i] = std::min(u[i], hole[i]);
   }
   for (std::size_t i = 0; i < u.size(); ++i)
