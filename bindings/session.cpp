@@ -252,20 +252,19 @@ void bind_growing_volume(py::module_& m) {
           [](const PyGrowingVolume& self, const Keyframe& keyframe) {
             check_keyframe(keyframe, self.core->camera());
             const ReleaseGil release;
-            const Camera& camera = self.core->camera();
-            const std::vector<float> depth =
-                reconstruction::whole(keyframe.depth_m, keyframe.region, camera.width, camera.height);
-            self.core->fuse(keyframe, {depth.data(), camera.width, camera.height});
+            self.core->fuse(keyframe);
           },
           "keyframe"_a)
       .def(
           "fuse_again",
-          [](const PyGrowingVolume& self, const Keyframe& keyframe, const PyGrowingVolume& known) {
+          [](const PyGrowingVolume& self, const Keyframe& keyframe, const PyGrowingVolume& known,
+             const py::array& T_cam_known) {
             check_keyframe(keyframe, self.core->camera());
+            const Rigidd T = rigid_from(T_cam_known, "T_cam_known");
             const ReleaseGil release;
-            self.core->fuse_again(keyframe, *known.core);
+            self.core->fuse_again(keyframe, *known.core, T);
           },
-          "keyframe"_a, "known"_a)
+          "keyframe"_a, "known"_a, "T_cam_known"_a)
       .def("measure", [](const PyGrowingVolume& self) {
         const ReleaseGil release;
         self.core->measure();

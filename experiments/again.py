@@ -19,6 +19,8 @@ def again(
 ) -> None:
     """`measure(chosen, settings, instead_of)` for each run; a run that today's options cannot give again is named."""
     for number, run in enumerate(record.load(chosen.name)["runs"]):
+        if run.get("retired") or run.get("transcribed"):
+            continue
         try:
             settings = settings_of(chosen, run["settings"])
         except ValueError as error:

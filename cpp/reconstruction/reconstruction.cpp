@@ -133,13 +133,12 @@ bool Reconstruction::looked_past(Vec3d p_obj) const {
                                p_obj, options_.roles.near_m);
 }
 
-void Reconstruction::find_roles(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj,
-                                const Reconstruction& known) {
+void Reconstruction::find_roles(const FrameEvidence& frame, const Camera& camera, const Known& known) {
   if (field_ && frame.foreground) {
     roles_ = finder_.from_colors(frame.rect, frame.depth_m, frame.foreground);
     if (roles_) return;  // otherwise no colours are known
   }
-  const ReadingTerm term{LensRays(camera), inverse(T_cam_obj).cast<float>()};
+  const ReadingTerm term{LensRays(camera), inverse(known.T_cam_obj).cast<float>()};
   constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
   readings_.clear();
   for (int y = frame.rect.y0; y < frame.rect.y1; ++y)
@@ -147,7 +146,7 @@ void Reconstruction::find_roles(const FrameEvidence& frame, const Camera& camera
       const float z = frame.depth_m(x, y);
       readings_.push_back(levelset::readable(z) ? term.at(x, y, z) : Vec3f{kNone, kNone, kNone});
     }
-  const SdfView sdf = known.grid().view(known.phi().data());
+  const SdfView sdf = known.shape.grid().view(known.shape.phi().data());
   Vec3f unused;
   reading_distance_m_.assign(readings_.size(), kNone);
   for (std::size_t i = 0; i < readings_.size(); ++i)
@@ -156,7 +155,7 @@ void Reconstruction::find_roles(const FrameEvidence& frame, const Camera& camera
   const auto has_room = [&](int x, int y) {
     const int i = (y - frame.rect.y0) * frame.rect.width() + x - frame.rect.x0;
     const Vec3d p_obj = readings_[i].cast<double>();
-    return !(view_ && !view_->may_hold(p_obj)) && !known.looked_past(p_obj);
+    return !(view_ && !view_->may_hold(p_obj)) && !known.shape.looked_past(p_obj);
   };
   roles_ = &finder_.find(frame.rect, reading_distance_m_, frame.foreground, frame.depth_m, options_.roles,
                          has_room);
@@ -187,29 +186,26 @@ void Reconstruction::fuse(const FrameEvidence& frame, const Camera& camera, cons
     follow({}, threads);
     on_device_->settle();
   } else {
-    const std::vector<int>* changed;
-    add_evidence(frame, camera, T_cam_obj, threads, *this, &changed);
-    follow(*changed, threads);
+    follow(add_evidence(frame, camera, T_cam_obj, threads, {*this, T_cam_obj}), threads);
   }
   ++frames_;
 }
 
-void Reconstruction::add_evidence(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj,
-                                  int threads, const Reconstruction& known,
-                                  const std::vector<int>** changed) {
+const std::vector<int>& Reconstruction::add_evidence(const FrameEvidence& frame, const Camera& camera,
+                                                     const Rigidd& T_cam_obj, int threads,
+                                                     const Known& known) {
   if (frame.mask)
     roles_ = &finder_.from_mask(frame.rect, frame.depth_m, frame.mask);
   else
-    find_roles(frame, camera, T_cam_obj, known);
+    find_roles(frame, camera, known);
   image_.make(frame.depth_m, camera, frame.rect, roles_->data(), options_.image);
-  *changed = &evidence_.fuse(image_, {frame.rgb}, camera, T_cam_obj, options_.evidence, threads);
+  return evidence_.fuse(image_, {frame.rgb}, camera, T_cam_obj, options_.evidence, threads);
 }
 
 void Reconstruction::fuse_again(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj,
-                                int threads, const Reconstruction& known) {
+                                int threads, const Known& known) {
   if (measures_at_once()) return fuse(frame, camera, T_cam_obj, threads);
-  const std::vector<int>* changed;
-  add_evidence(frame, camera, T_cam_obj, threads, known, &changed);
+  add_evidence(frame, camera, T_cam_obj, threads, known);
   ++frames_;
 }
 

@@ -63,10 +63,15 @@ class Reconstruction {
   std::unique_ptr<Reconstruction> continued(std::shared_ptr<const FirstView> view, int threads) const;
 
   void fuse(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj, int threads);
-  // Fuses a frame again. `known`, a shape of the same frames, tells what of the frame is
-  // the object's; on the CPU distances are as before until measure().
+  // Fuses a frame again. `known`, a shape of the same frames, tells what of the frame is the object's, at the
+  // pose that the frame had there; distances are as before until measure(). A GPU and an evolution ignore it:
+  // the shape as it grows tells, and distances are measured at once.
+  struct Known {
+    const Reconstruction& shape;
+    Rigidd T_cam_obj;
+  };
   void fuse_again(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj, int threads,
-                  const Reconstruction& known);
+                  const Known& known);
   void measure(int threads);
 
   int device() const { return device_; }
@@ -103,11 +108,10 @@ class Reconstruction {
   void measure_all(int threads);
   void update_far(int threads);
   bool measures_at_once() const { return on_device_ || field_; }
-  void add_evidence(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj, int threads,
-                    const Reconstruction& known, const std::vector<int>** changed);
-  void find_roles(const FrameEvidence& frame, const Camera& camera, const Rigidd& T_cam_obj,
-                  const Reconstruction& known);
-
+  // Returns the blocks whose surface may have changed.
+  const std::vector<int>& add_evidence(const FrameEvidence& frame, const Camera& camera,
+                                       const Rigidd& T_cam_obj, int threads, const Known& known);
+  void find_roles(const FrameEvidence& frame, const Camera& camera, const Known& known);
   bool looked_past(Vec3d p_obj) const;
 
   ReconstructionOptions options_;

@@ -38,6 +38,8 @@ class ConstantVelocity {
   void rebase(const Rigidd& T_cam_obj) {
     if (seen_) last_ = T_cam_obj;
   }
+  // The object frame has been moved: its poses are T_cam_obj * motion from now on.
+  void move_frame(const Rigidd& motion) { last_ = last_ * motion; }
   // A frame without a reliable pose: the velocity is trusted less and less, because an object that is held or
   // hidden slows down as often as not.
   void pass();

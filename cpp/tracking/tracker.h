@@ -51,7 +51,7 @@ class Tracker {
   // one result for each object.
   const std::vector<ObjectResult>& revisit(const frame::DepthFrame& frame);
   // A tracker of object k alone, of the same shape and options, to try starts; nothing is declared.
-  std::unique_ptr<Tracker> alone(int k) const;
+  std::unique_ptr<Tracker> alone(int k, bool recover = true) const;
   // Appends to the reason in the last result.
   void add_to_reason(int k, const std::string& more);
   // The only object was found among the objects that stand in the image; its place was not stated.

@@ -36,8 +36,10 @@ Tracker::Tracker(const TrackedObject& object, const Camera& camera, const Tracke
   verdict_.add(std::nullopt);
 }
 
-std::unique_ptr<Tracker> Tracker::alone(int k) const {
-  return std::unique_ptr<Tracker>(new Tracker(object(k), camera(), options_, settings_));
+std::unique_ptr<Tracker> Tracker::alone(int k, bool recover) const {
+  TrackerSettings settings = settings_;
+  settings.recover = settings.recover && recover;
+  return std::unique_ptr<Tracker>(new Tracker(object(k), camera(), options_, settings));
 }
 
 TrackedObject Tracker::new_object(std::shared_ptr<const frame::Shape> shape) const {
@@ -174,8 +176,10 @@ void Tracker::set_pose(int k, const Rigidd& T_cam_obj, const std::optional<Matri
 void Tracker::move_frame(int k, const Rigidd& motion) {
   Object& one = object(k);
   const Rigidd T_cam_obj = uncentred(one.T_cam_obj, *one.shape) * motion;
-  one.T_cam_obj = centred(T_cam_obj, *one.shape);
-  one.alternatives.clear();
+  const Rigidd centred_motion = inverse(one.T_cam_obj) * centred(T_cam_obj, *one.shape);
+  one.T_cam_obj = one.T_cam_obj * centred_motion;
+  one.motion.move_frame(centred_motion);
+  one.alternatives.clear(), one.before_found.reset(), one.prior.reset();
   one.reported = T_cam_obj;
   verdict_.set_pose(std::size_t(k), T_cam_obj);
 }

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from experiments import record, render, sources
-from experiments.again import settings_of
+from experiments.again import again, settings_of
 from experiments.registry import Experiment, all_experiments
 
 
@@ -70,6 +70,21 @@ def test_recorded_settings_are_values_of_the_options_again():
     assert settings_of(known, recorded) == {"frames": 30, "only": ("a",), "cache": Path("x"), "seeds": 3}
     with pytest.raises(ValueError, match="today's options, got command"):
         settings_of(known, {"command": "python -m falls"})
+
+
+def test_measuring_again_leaves_out_what_is_retired_or_transcribed(tmp_path, monkeypatch):
+    def falls(*, way: str = "one"): ...
+
+    for way in ("one", "two", "three"):
+        record.save("fall", {"way": way}, [table("A")], 1.0, folder=tmp_path)
+    made = record.load("fall", tmp_path)
+    made["runs"][1]["retired"] = made["runs"][2]["transcribed"] = True
+    record._write(made, record.path_of("fall", tmp_path))
+    monkeypatch.setattr(record, "load", lambda name: made)
+    asked = []
+    known = Experiment("fall", falls, (), (), "one heap", "another", {})
+    again(known, lambda chosen, settings, instead_of: asked.append((settings, instead_of)), print)
+    assert asked == [({"way": "one"}, {"way": "one"})]
 
 
 def test_a_page_is_filled_from_its_records(tmp_path):

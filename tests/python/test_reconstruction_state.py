@@ -117,7 +117,7 @@ def test_frames_fused_again_with_one_measurement_at_the_end_give_the_same_surfac
     one_by_one, at_once = star._volume.emptied(), star._volume.emptied()
     for keyframe in star._kept:
         one_by_one.fuse(keyframe)
-        at_once.fuse_again(keyframe, star._volume)
+        at_once.fuse_again(keyframe, star._volume, keyframe.T_cam_obj)
     at_once.measure()
     expected, found = one_by_one.core, at_once.core
     np.testing.assert_array_equal(found.weight, expected.weight)
@@ -125,3 +125,12 @@ def test_frames_fused_again_with_one_measurement_at_the_end_give_the_same_surfac
     near = (np.abs(expected.phi) < expected.voxel_m) & (np.array(expected.seen) >= 3)
     assert near.sum() > 1000
     assert np.abs(found.phi - expected.phi)[near].max() < 1e-3 * expected.voxel_m
+
+
+def test_a_cropped_shape_is_that_of_the_whole_one_cropped():
+    star = begun(6)
+    expected, found = star.shape.cropped(5), star.cropped_shape(5)
+    np.testing.assert_array_equal(found.values, expected.values)
+    np.testing.assert_array_equal(found.colors, expected.colors)
+    np.testing.assert_allclose(found.origin, expected.origin, atol=1e-12)
+    assert found.values.size < star.shape.values.size

@@ -54,13 +54,20 @@ void GrowingVolume::begin_recording(const Beginning& beginning, const Rigidd& T_
   core_ = core_->continued(beginning.view_at(camera_, T_cam_obj), threads_);
 }
 
-void GrowingVolume::fuse_again(const Keyframe& keyframe, const GrowingVolume& known) {
+void GrowingVolume::fuse(const Keyframe& keyframe) {
   const std::vector<float> depth_m = whole(keyframe.depth_m, keyframe.region, camera_.width, camera_.height);
-  fuse(keyframe, {depth_m.data(), camera_.width, camera_.height}, known.core_.get());
+  fuse(keyframe, {depth_m.data(), camera_.width, camera_.height}, nullptr);
+}
+
+void GrowingVolume::fuse_again(const Keyframe& keyframe, const GrowingVolume& known,
+                               const Rigidd& T_cam_known) {
+  const std::vector<float> depth_m = whole(keyframe.depth_m, keyframe.region, camera_.width, camera_.height);
+  const Reconstruction::Known there{*known.core_, {nearest_rotation(T_cam_known.R), T_cam_known.t}};
+  fuse(keyframe, {depth_m.data(), camera_.width, camera_.height}, &there);
 }
 
 void GrowingVolume::fuse(const Keyframe& keyframe, const ImageView<float>& depth_m,
-                         const Reconstruction* known) {
+                         const Reconstruction::Known* known) {
   levelset::FrameEvidence frame{depth_m, keyframe.region};
   std::vector<unsigned char> mask;
   if (keyframe.mask.empty()) {

@@ -26,10 +26,11 @@ class GrowingVolume {
   std::unique_ptr<GrowingVolume> emptied() const;
   // The following frames are bounded by the first frame of their recording, which has this pose.
   void begin_recording(const Beginning& beginning, const Rigidd& T_cam_obj);
+  void fuse(const Keyframe& keyframe);
   // depth_m: the frame's whole image.
   void fuse(const Keyframe& keyframe, const ImageView<float>& depth_m) { fuse(keyframe, depth_m, nullptr); }
-  // Fuses a keyframe of `known` again; measure() is to follow the last one.
-  void fuse_again(const Keyframe& keyframe, const GrowingVolume& known);
+  // Fuses a keyframe of `known` again, where it had this pose; measure() is to follow the last one.
+  void fuse_again(const Keyframe& keyframe, const GrowingVolume& known, const Rigidd& T_cam_known);
   void measure() { core_->measure(threads_); }
   // Enlarges the volume if the surface is within a block of its border; the thesis' evolution keeps its
   // volume. Returns whether it did.
@@ -43,7 +44,7 @@ class GrowingVolume {
   VolumeNow now() const;
 
  private:
-  void fuse(const Keyframe& keyframe, const ImageView<float>& depth_m, const Reconstruction* known);
+  void fuse(const Keyframe& keyframe, const ImageView<float>& depth_m, const Reconstruction::Known* known);
 
   Camera camera_;
   std::shared_ptr<const Beginning> beginning_;

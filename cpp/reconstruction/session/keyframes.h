@@ -3,6 +3,7 @@
 // They are limited in number, and spread over viewpoints and time.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -37,13 +38,15 @@ std::vector<T> cut(const ImageView<T>& image, const levelset::PixelRect& region)
   return out;
 }
 
-// An image (width x height) that is 0 outside the region.
+// An image (width x height, some numbers per pixel) that is 0 outside the region.
 template <class T>
-std::vector<T> whole(const std::vector<T>& part, const levelset::PixelRect& region, int width, int height) {
-  std::vector<T> out(std::size_t(width) * height);
-  std::size_t from = 0;
+std::vector<T> whole(const std::vector<T>& part, const levelset::PixelRect& region, int width, int height,
+                     std::size_t channels = 1) {
+  std::vector<T> out(channels * std::size_t(width) * std::size_t(height));
+  const std::size_t row = channels * std::size_t(region.x1 - region.x0);
   for (int y = region.y0; y < region.y1; ++y)
-    for (int x = region.x0; x < region.x1; ++x, ++from) out[std::size_t(y) * width + x] = part[from];
+    std::copy_n(part.begin() + std::ptrdiff_t(std::size_t(y - region.y0) * row), row,
+                out.begin() + std::ptrdiff_t(channels * (std::size_t(y) * width + region.x0)));
   return out;
 }
 

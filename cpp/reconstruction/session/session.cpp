@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <new>
 #include <stdexcept>
 
 #include "base/option_schema.h"
@@ -19,6 +20,7 @@ constexpr double kPrintedScale_voxels = 2;  // s of the thesis' likelihood (belo
 constexpr double kSeenUnit = 256;
 constexpr int kLeastRegion_px = levelset::EvidenceVolume::kBlock;
 constexpr double kDoubted = 0.5;
+constexpr double kMostSettled_m = 0.01, kMostSettled_rad = 0.1;  // more is not the noise of a frame
 
 ReconstructionOptions with_noise(ReconstructionOptions options, double noise_m) {
   options.evidence.noise.noise_m = options.evidence.noise.usual_m = float(noise_m);
@@ -146,11 +148,21 @@ const SessionResult& Session::track(const frame::DepthFrame& frame) {
   finish(T_cam_obj, fused, true);
   const bool all_kept = int(keyframes_.frames().size()) == volume_->fused();
   if (fused && volume_->fused() == options_.settle_after && all_kept && later_.empty() && !options_.evolved)
-    if (const std::optional<Rigidd> motion = settled_by()) {
-      rebuild(*motion);
-      result_.tracked.objects.front().T_cam_obj = T_cam_obj * *motion;
-    }
+    timed(&result_.fuse_s, [&] { settle(); });
   return result_;
+}
+
+// Without memory for a second volume the shape stays as it is.
+void Session::settle() {
+  const std::optional<Rigidd> motion = settled_by();
+  if (!motion) return;
+  try {
+    rebuild(*motion);
+  } catch (const std::bad_alloc&) {
+    return;
+  }
+  Rigidd& reported = result_.tracked.objects.front().T_cam_obj;
+  reported = reported * *motion;
 }
 
 // The first shape took the noise of the first frame for its form, and the next frames were placed on it. The
@@ -159,44 +171,39 @@ const SessionResult& Session::track(const frame::DepthFrame& frame) {
 std::optional<Rigidd> Session::settled_by() const {
   const Keyframe& first = *keyframes_.frames().front();
   const std::vector<float> depth_m = whole(first.depth_m, first.region, camera_.width, camera_.height);
-  std::vector<std::uint8_t> rgb;
-  appearance::ColorImage color;
-  if (!first.rgb.empty()) {
-    rgb.resize(3 * depth_m.size());
-    const std::size_t row = 3 * std::size_t(first.region.x1 - first.region.x0);
-    for (int y = first.region.y0; y < first.region.y1; ++y)
-      std::copy_n(first.rgb.data() + std::size_t(y - first.region.y0) * row, row,
-                  rgb.data() + 3 * (std::size_t(y) * std::size_t(camera_.width) + first.region.x0));
-    color = {rgb.data(), appearance::aligned_map(camera_.width, camera_.height)};
-  }
-  const std::unique_ptr<tracking::Tracker> tracker = tracker_->alone(0);
+  const std::vector<std::uint8_t> rgb =
+      first.rgb.empty() ? first.rgb : whole(first.rgb, first.region, camera_.width, camera_.height, 3);
+  const appearance::ColorImage color{rgb.data(), appearance::aligned_map(camera_.width, camera_.height)};
+  const std::unique_ptr<tracking::Tracker> tracker = tracker_->alone(0, false);
   tracker->set_pose(0, first.T_cam_obj, std::nullopt);
   const frame::DepthFrame frame =
       tracker->make_frame({depth_m.data(), camera_.width, camera_.height}, nullptr,
                           std::numeric_limits<double>::quiet_NaN(), rgb.empty() ? nullptr : &color);
   const tracking::ObjectResult& found = tracker->revisit(frame).front();
   if (found.trust.status != tracking::Status::kOk) return std::nullopt;
-  return inverse(found.T_cam_obj) * first.T_cam_obj;
+  const Rigidd motion = inverse(found.T_cam_obj) * first.T_cam_obj;
+  const bool noise = norm(motion.t) < kMostSettled_m && norm(rotation_log(motion.R)) < kMostSettled_rad;
+  return noise ? std::optional(motion) : std::nullopt;
 }
 
 // The first keyframe keeps its pose: there the object frame is defined.
 void Session::rebuild(const Rigidd& motion) {
+  const auto& kept = keyframes_.frames();
   std::shared_ptr<GrowingVolume> volume = volume_->emptied();
-  std::vector<Keyframe*> moved;
-  for (const std::shared_ptr<Keyframe>& keyframe : keyframes_.frames()) moved.push_back(keyframe.get());
-  const auto move_by = [&](const Rigidd& by) {
-    for (std::size_t i = 1; i < moved.size(); ++i) moved[i]->T_cam_obj = moved[i]->T_cam_obj * by;
-  };
-  move_by(motion);
+  std::vector<Rigidd> before;
+  for (const std::shared_ptr<Keyframe>& keyframe : kept) before.push_back(keyframe->T_cam_obj);
   try {
-    for (const Keyframe* keyframe : moved) volume->fuse_again(*keyframe, *volume_);
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      if (i > 0) kept[i]->T_cam_obj = before[i] * motion;
+      volume->fuse_again(*kept[i], *volume_, before[i]);
+    }
     volume->measure();
+    set_volume(std::move(volume));
   } catch (...) {
-    move_by(inverse(motion));
+    for (std::size_t i = 0; i < kept.size(); ++i) kept[i]->T_cam_obj = before[i];
     throw;
   }
   tracker_->move_frame(0, motion);
-  set_volume(std::move(volume));
 }
 
 const SessionResult& Session::resume(tracking::Tracker* tracker, const frame::DepthFrame& frame,
@@ -257,9 +264,14 @@ void Session::show_shape(tracking::Tracker* tracker) const {
 }
 
 void Session::set_volume(std::shared_ptr<GrowingVolume> volume) {
-  volume_ = std::move(volume);
+  volume_.swap(volume);
+  try {
+    if (tracker_) show_shape(tracker_);
+  } catch (...) {
+    volume_.swap(volume);  // which the tracker still reads
+    throw;
+  }
   if (mask_extent_) mask_extent_->forget();
-  if (tracker_) show_shape(tracker_);
 }
 
 void Session::restore(std::vector<Beginning> later, int index, const sdf::Grid& grid) {

@@ -68,6 +68,7 @@ class Session {
  private:
   void begin_frame() { result_.track_s = result_.fuse_s = result_.show_s = 0; }
   void keep(std::shared_ptr<Keyframe> keyframe, const frame::DepthFrame& frame);
+  void settle();
   std::optional<Rigidd> settled_by() const;
   void rebuild(const Rigidd& motion);
   const SessionResult& finish(const Rigidd& T_cam_obj, bool fused, bool judged);

@@ -16,7 +16,7 @@ from sdftrack.results import Status
 
 WEAK_INLIERS, LOST_INLIERS = 0.6, 0.2
 # Share of the measurements times that of the outline, below which a solid is another shape: recorded boxes and
-# cylinders have 0.73 or more, other recorded objects 0.40 to 0.74 (docs/results/primitives.md).
+# cylinders have 0.73 or more, other recorded objects 0.50 to 0.74 (docs/results/primitives.md).
 LIKE_IT = 0.72
 ENDLESS_M = 100.0  # of a length that was found: nothing before a depth camera is as long
 EXPONENTS = (0.1, 2.0)  # of a superquadric (the core's kLeastExponent, kMostExponent)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Callable
@@ -32,7 +33,7 @@ from sdftrack.reconstruction.arguments import (
     voxels_of,
 )
 from sdftrack.reconstruction.options import ReconstructorOptions
-from sdftrack.reconstruction.refining import OVERFIT, Judge, Keyframe, Refined, learn_colors
+from sdftrack.reconstruction.refining import FAR_M, OVERFIT, Judge, Keyframe, Refined, learn_colors
 from sdftrack.results import TrackResult
 from sdftrack.sdf import SDF
 from sdftrack.tracking import Tracker
@@ -67,7 +68,7 @@ class Reconstructor:
         Side of the volume, m. None: 1.8 times the ball's diameter. The volume grows if the shape reaches its border.
     device : {"auto", "cpu", "cuda", "cuda:N"}
         On a GPU the volume stays there (21 bytes for each voxel), and the shape, the mesh and what is saved are copied
-        back. The results are those of the CPU but for rounding. ``"auto"``: a GPU that has passed its self-test,
+        back. The results are those of the CPU but for rounding, and for pixels that a shape fused again counts. ``"auto"``: a GPU that has passed its self-test,
         otherwise the CPU; see `sdftrack.device.resolve_device`.
     mode : {"auto", "depth", "rgbd"}
         Images used for tracking, as in :class:`sdftrack.Tracker`; colours also separate the object from a hand that
@@ -89,7 +90,7 @@ class Reconstructor:
     Notes
     -----
     The object frame has the axes of the first frame's camera and its origin at the centre of the ball, or is that of
-    `initial`. Poses are relative to the first frame and do not depend on the evolving shape.
+    `initial`. Poses are relative to the first frame; that frame is placed again once (`settle_after`).
     docs/math/reconstruction.md derives the method (thesis, section 4.5).
 
     A viewer's thread may call `shape`, `mesh`, `quality` or `save` while another tracks: each waits for the other.
@@ -354,27 +355,31 @@ class Reconstructor:
         last, newest = TrackerInterface(tracker).last_poses[0], self._kept[-1]
         before = newest.T_cam_obj
         volume, poses = self._volume, [keyframe.T_cam_obj for keyframe in self._kept]
-        judge = Judge(self._kept, self.cropped_shape(), self._frame_camera)
-        was_m = judge.misfit_m(self.cropped_shape())
+        margin = math.ceil(FAR_M / volume.core.voxel_m) + 1
+        shape = self.cropped_shape(margin)
+        judge = Judge(self._kept, shape, self._frame_camera)
+        was_m = judge.misfit_m(shape)
+        del shape
 
         def restore() -> None:
             self._begun.volume = volume
             for keyframe, pose in zip(self._kept, poses, strict=True):
                 keyframe.T_cam_obj = pose
+            tracker.set_pose(0, last)
 
         def fuse_all(tell: Callable[[float], None]) -> None:
             # Frees the volume of the last round: two at most are in memory.
             self._begun.volume = volume
-            self._fuse_all(tell, volume)
+            self._fuse_all(tell, (volume, poses))
 
         try:
             refined = refining.refine(
                 self._kept, tracker, self._frame_camera.shape, fuse_all, rounds, progress
             )
+            now_m = judge.misfit_m(self.cropped_shape(margin))
         except BaseException:
             restore()
             raise
-        now_m = judge.misfit_m(self.cropped_shape())
         refined = replace(refined, misfit_m=(was_m, now_m), taken=now_m < OVERFIT * was_m)
         if not refined.taken:
             restore()
@@ -449,8 +454,12 @@ class Reconstructor:
         view = TrackerInterface(self._started("add")).core_frame(frame)
         return self._begun.add(view, np.ascontiguousarray(T))
 
-    def _fuse_all(self, progress: Callable[[float], None], known: _core.GrowingVolume | None = None) -> None:
-        """Rebuild the shape from all keyframes at their current poses; `known`: the shape that they had before."""
+    def _fuse_all(
+        self,
+        progress: Callable[[float], None],
+        known: tuple[_core.GrowingVolume, list[Pose]] | None = None,
+    ) -> None:
+        """Rebuild the shape from all keyframes at their poses; `known`: a shape of them, and the poses they had there."""
         volume, recording = self._volume.emptied(), 0
         kept, later = self._kept, self._begun.later
         for i, keyframe in enumerate(kept):
@@ -460,7 +469,7 @@ class Reconstructor:
             if known is None:
                 volume.fuse(keyframe)
             else:
-                volume.fuse_again(keyframe, known)
+                volume.fuse_again(keyframe, known[0], known[1][i])
             progress((i + 1) / len(kept))
         if known is not None:
             volume.measure()
