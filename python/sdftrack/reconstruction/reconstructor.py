@@ -68,8 +68,8 @@ class Reconstructor:
         Side of the volume, m. None: 1.8 times the ball's diameter. The volume grows if the shape reaches its border.
     device : {"auto", "cpu", "cuda", "cuda:N"}
         On a GPU the volume stays there (21 bytes for each voxel), and the shape, the mesh and what is saved are copied
-        back. The results are those of the CPU but for rounding, and for pixels that a shape fused again counts. ``"auto"``: a GPU that has passed its self-test,
-        otherwise the CPU; see `sdftrack.device.resolve_device`.
+        back. The results are those of the CPU but for rounding, and for pixels that a shape fused again counts.
+        ``"auto"``: a GPU that has passed its self-test, otherwise the CPU; see `sdftrack.device.resolve_device`.
     mode : {"auto", "depth", "rgbd"}
         Images used for tracking, as in :class:`sdftrack.Tracker`; colours also separate the object from a hand that
         holds it.
@@ -459,7 +459,7 @@ class Reconstructor:
         progress: Callable[[float], None],
         known: tuple[_core.GrowingVolume, list[Pose]] | None = None,
     ) -> None:
-        """Rebuild the shape from all keyframes at their poses; `known`: a shape of them, and the poses they had there."""
+        """Rebuild the shape from all keyframes at their poses; `known`: a shape of them, and their poses there."""
         volume, recording = self._volume.emptied(), 0
         kept, later = self._kept, self._begun.later
         for i, keyframe in enumerate(kept):
