@@ -26,10 +26,11 @@ class Scene:
     poses: Array
     extent: float
     threads: int
+    voxels: int = VOXELS  # along each side of the volume
 
     @property
     def voxel_m(self) -> float:
-        return self.extent / (VOXELS - 1)
+        return self.extent / (self.voxels - 1)
 
     def frames(self, sigma_m: float, cache: str | Path | None = None) -> Any:
         """The sequence with that noise."""
@@ -45,11 +46,11 @@ class Scene:
         return replace(self, poses=poses)
 
 
-def scene_of(mesh: Path | None, unit: str | None, frames: int, threads: int) -> Scene:
+def scene_of(mesh: Path | None, unit: str | None, frames: int, threads: int, voxels: int = VOXELS) -> Scene:
     """The built-in duck, or the given mesh, over a cluttered table."""
     it = body(mesh, unit)
     extent = EXTENT_PER_SIDE * float(np.ptp(it.mesh.bounds, axis=0).max())
-    return Scene(it, motion(frames, STEP_M, STEP_RAD, SEED, it.middle), extent, threads)
+    return Scene(it, motion(frames, STEP_M, STEP_RAD, SEED, it.middle), extent, threads, voxels)
 
 
 def reconstructor(scene: Scene, seq: Any, sigma_d_voxels: float | None = None, **more: Any) -> Any:
@@ -58,4 +59,4 @@ def reconstructor(scene: Scene, seq: Any, sigma_d_voxels: float | None = None, *
 
     if sigma_d_voxels is not None:
         more |= {"evolution": "printed", "sigma_d_voxels": sigma_d_voxels}
-    return Reconstructor(seq.camera, voxels=VOXELS, extent=scene.extent, threads=scene.threads, **more)
+    return Reconstructor(seq.camera, voxels=scene.voxels, extent=scene.extent, threads=scene.threads, **more)

@@ -103,13 +103,14 @@ def known(
     "thesis.4.13b",
     chosen_on="nothing was chosen here",
     reported_on="the built-in duck, seed 0",
-    short={"frames": WHOLE_SEEN},
+    short={"frames": WHOLE_SEEN, "voxels": 100},
 )
 def unknown(
     *,
     frames: int = 300,
     mesh: Path | None = None,
     unit: str | None = None,
+    voxels: int = VOXELS,
     threads: int = 0,
     options: Settings = NO_SETTINGS,
 ) -> Table:
@@ -129,9 +130,9 @@ def unknown(
     unit
         of the mesh
     """
-    scene = scene_of(mesh, unit, frames, threads)
+    scene = scene_of(mesh, unit, frames, threads, voxels)
     rows = _rows(scene, [*WAYS, KNOWN], options)
-    title = f"Figure 4.13 (b), {frames} frames of {scene.body.name}, {VOXELS} voxels"
+    title = f"Figure 4.13 (b), {frames} frames of {scene.body.name}, {voxels} voxels"
     return Table.of(title, COLUMNS, rows, picture=lambda: _picture(scene.poses, rows))
 
 
