@@ -19,7 +19,7 @@ def again(
 ) -> None:
     """`measure(chosen, settings, instead_of)` for each run; a run that today's options cannot give again is named."""
     for number, run in enumerate(record.load(chosen.name)["runs"]):
-        if run.get("retired") or run.get("transcribed"):
+        if run.get("retired"):
             continue
         try:
             settings = settings_of(chosen, run["settings"])

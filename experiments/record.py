@@ -9,10 +9,7 @@
      "tables": [{"id": "300-frames", "title": "...", "columns": ["mesh", "mean mm"],
                  "rows": [["spot", "0.0244"]], "notes": ["..."], "numbers": null, "run": 0}]}
 
-``run`` is the index of the run that measured the table. Cells are text: they are shown as they were printed. A run
-with ``"transcribed": true`` was measured before there were records; its tables were copied from the text of the
-documents, its machine is the one that the text names, its commit and date are those at which the table last changed
-there, and ``seconds`` is null.
+``run`` is the index of the run that measured the table. Cells are text: they are shown as they were printed.
 
 ``"retired": true`` in a record, or in a table: its experiment has chosen a default once and is gone.
 """

@@ -114,7 +114,7 @@ def _sources(tables: Sequence[tuple[str, Mapping[str, Any], Mapping[str, Any]]])
             f", {machine['cores']} core{'s' if machine['cores'] != 1 else ''}" if machine.get("cores") else ""
         )
         load = f", {machine['load']}" if machine.get("load") else ""
-        more = "".join(f", {mark}" for mark in ("transcribed", "retired") if run.get(mark))
+        more = ", retired" if run.get("retired") else ""
         where = f"{machine['cpu']}{cores}{load} · {run['date']} · commit {run['commit']}{more}"
         names.setdefault(where, [])
         if f"`{name}`" not in names[where]:

@@ -72,13 +72,13 @@ def test_recorded_settings_are_values_of_the_options_again():
         settings_of(known, {"command": "python -m falls"})
 
 
-def test_measuring_again_leaves_out_what_is_retired_or_transcribed(tmp_path, monkeypatch):
+def test_measuring_again_leaves_out_what_is_retired(tmp_path, monkeypatch):
     def falls(*, way: str = "one"): ...
 
-    for way in ("one", "two", "three"):
+    for way in ("one", "two"):
         record.save("fall", {"way": way}, [table("A")], 1.0, folder=tmp_path)
     made = record.load("fall", tmp_path)
-    made["runs"][1]["retired"] = made["runs"][2]["transcribed"] = True
+    made["runs"][1]["retired"] = True
     record._write(made, record.path_of("fall", tmp_path))
     monkeypatch.setattr(record, "load", lambda name: made)
     asked = []
