@@ -27,8 +27,7 @@ def shape_of(core: Any, least: int, margin: int | None = None) -> SDF:
     """A copy of the current distances and colours; colours observed less than `least` are omitted. `margin`: only so
     many voxels around what is inside, if anything is."""
     phi, rgb_seen, origin = core.phi, core.rgb_seen, core.origin
-    if margin is not None and (phi <= 0).any():
-        part = part_inside(phi, margin)
+    if margin is not None and (part := part_inside(phi, margin)) is not None:
         phi, rgb_seen = phi[part], rgb_seen[part]
         origin = origin + core.voxel_m * np.array([along.start for along in reversed(part)])
     seen = rgb_seen[..., 3] >= least

@@ -292,7 +292,15 @@ class Reconstructor:
     def cropped_shape(self, margin_voxels: int = 16) -> SDF:
         """:attr:`shape` as :meth:`SDF.cropped` gives it, without a copy of the whole: for each frame's picture.
 
-        The whole shape where nothing is inside.
+        Parameters
+        ----------
+        margin_voxels : int
+            Kept around what is inside, at most to the border of the volume; the whole volume where nothing is inside.
+
+        Raises
+        ------
+        RuntimeError, TypeError, ValueError
+            Before :meth:`start`; a margin that is no whole number of at least 0.
         """
         self._started("cropped_shape")
         margin = whole_number(margin_voxels, "margin_voxels", 0)

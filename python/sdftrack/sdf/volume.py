@@ -319,6 +319,8 @@ class SDF:
         Raises ValueError if nothing is inside.
         """
         part = part_inside(self._values, whole(margin_voxels, "margin_voxels", 0))
+        if part is None:
+            raise ValueError("cropped: expected a shape, got a volume that is outside everywhere")
         low = np.array([along.start for along in part])
         colors = None if self._colors is None else np.ascontiguousarray(self._colors[part])
         origin = self._origin + self._voxel_size * low[::-1]
@@ -469,12 +471,12 @@ def shape_list(shapes: SDF | Sequence[SDF]) -> list[SDF]:
     return many
 
 
-def part_inside(values: NDArray[np.float32], margin: int) -> tuple[slice, slice, slice]:
-    """The smallest part (z, y, x) of a field with all that is inside, and `margin` voxels around it."""
+def part_inside(values: NDArray[np.float32], margin: int) -> tuple[slice, slice, slice] | None:
+    """The smallest part (z, y, x) of a field with all that is inside, and `margin` voxels around it; None: nothing."""
     inside = values <= 0
-    if not inside.any():
-        raise ValueError("cropped: expected a shape, got a volume that is outside everywhere")
     layers = [np.flatnonzero(inside.any(axis=others)) for others in ((1, 2), (0, 2), (0, 1))]
+    if not len(layers[0]):
+        return None
     z, y, x = (
         slice(max(int(at[0]) - margin, 0), min(int(at[-1]) + 1 + margin, n))
         for at, n in zip(layers, values.shape, strict=True)
