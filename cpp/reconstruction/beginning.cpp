@@ -10,6 +10,7 @@
 
 #include "base/quantile.h"
 #include "plane/near_planes.h"
+#include "reconstruction/guessed_back.h"
 #include "render/raycast_sdf.h"
 
 namespace sdftrack::reconstruction {
@@ -248,9 +249,21 @@ std::vector<float> room(const ImageView<float>& depth_m, const PixelMask& on_obj
   return from_m;
 }
 
+// The guess ends at the far side that the near one suggests, also a little beyond the object's pixels: what
+// is as low as the table was taken from them. Elsewhere, where the outline does not bound it, at its deepest.
+void bound_guess(const ImageView<float>& depth_m, const Camera& camera, int margin_px, Beginning* found) {
+  std::vector<float>& from_m = found->view->from_m;
+  PixelMask wide = frame::dilated(found->on_object, margin_px);
+  for (std::size_t i = 0; i < wide.on.size(); ++i) wide.on[i] &= found->outline->on[i];
+  const std::vector<float> back_m = guessed_back(depth_m, wide, camera);
+  const float deepest = *std::max_element(back_m.begin(), back_m.end());
+  for (std::size_t i = 0; i < from_m.size(); ++i)
+    if (from_m[i] == 0) from_m[i] = -(back_m[i] > 0 ? back_m[i] : wide.on[i] ? kInMargin_m : deepest);
+}
+
 // The object's own pixels, and the bounds that planes and outline give.
 void bound_object(const ImageView<float>& depth_m, const Camera& camera, const BeginningOptions& options,
-                  Beginning* found) {
+                  bool guessed, Beginning* found) {
   ViewBounds view;
   const frame::PointImage points = points_of(depth_m, camera);
   if (options.planes) view.planes = planes_under(points, found->on_object, 2 * found->ball.radius_m, false);
@@ -268,6 +281,7 @@ void bound_object(const ImageView<float>& depth_m, const Camera& camera, const B
       room(depth_m, free, options.keep_to_mask ? &*found->outline : nullptr, options.mask_margin_px);
   found->view = std::move(view);
   found->ball = ball_of(depth_m, free, camera);
+  if (guessed) bound_guess(depth_m, camera, options.mask_margin_px, found);
 }
 
 }  // namespace
@@ -348,7 +362,7 @@ Beginning find_object(const frame::DepthFrame& frame, const tracking::PoseHint& 
   }
   found.ball = ball_of(depth_m, found.on_object, camera);
   if (found.outline && (options.keep_to_mask || options.planes))
-    bound_object(depth_m, camera, options, &found);
+    bound_object(depth_m, camera, options, !initial, &found);
   found.T_cam_obj.t = found.ball.centre_cam;
   if (place.T_cam_obj) {
     found.T_cam_obj = *place.T_cam_obj;

@@ -21,8 +21,9 @@ struct Ball {
   double shorter_m = 0;  // the shorter side of the mask
 };
 
-// Bounds on the object in the first camera's frame. from_m: for each pixel its least depth: 0 in the mask, 1
-// mm in the margin around it, infinite where it cannot be. The object is above the planes.
+// Bounds on the object in the first camera's frame. from_m: for each pixel its least depth: 1 mm in the
+// margin around the mask, infinite where it cannot be; within the mask minus the depth at which a guess of it
+// ends (0: anywhere). The object is above the planes.
 struct ViewBounds {
   std::vector<float> from_m;
   std::vector<PlaneBelow> planes;

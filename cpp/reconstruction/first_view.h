@@ -11,8 +11,9 @@ namespace sdftrack::reconstruction {
 
 class FirstView {
  public:
-  // from_m: for each pixel of the camera's image, the least depth of the object: 0 in its mask, more in the
-  // margin around the mask, infinite where the object cannot be. The planes are in the same camera's frame.
+  // from_m: for each pixel of the camera's image, the least depth of the object: more than 0 in the margin
+  // around its mask, infinite where the object cannot be. Otherwise 0, or minus the depth at which a guess of
+  // the object ends. The planes are in the same camera's frame.
   FirstView(const Camera& camera, const Rigidd& T_cam_obj, std::vector<float> from_m,
             std::vector<PlaneBelow> planes, const Place& place);
 

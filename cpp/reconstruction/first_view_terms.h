@@ -42,10 +42,12 @@ struct FirstViewTerm {
     const Vec3d p = T_cam_obj * p_obj;
     return above(p, 0) && p.z > 0 && p.z >= from(p);
   }
-  // Whether a guess of the object may reach there: down to the planes, and only within the mask.
+  // Whether a guess of the object may reach there: down to the planes, only within the mask, and not farther
+  // back than the near side suggests.
   HD bool may_be_guessed(Vec3d p_obj) const {
     const Vec3d p = T_cam_obj * p_obj;
-    return above(p, 0) && p.z > 0 && !(from(p) > 0);
+    const double from_m = from(p);
+    return above(p, 0) && p.z > 0 && (from_m == 0 || p.z < -from_m);
   }
 
  private:

@@ -21,17 +21,21 @@ def say(text: str) -> None:
 
 
 def load_mesh(data: Path, name: str) -> Any:
-    """A mesh of the data folder, metres."""
+    """A mesh of the data folder, metres; "mustard0 1" is the model of object 1 of a recording."""
     import sdftrack as st
 
-    return st.Mesh.load(data / "meshes" / f"{name}.ply")
+    recording, _, number = name.partition(" ")
+    if not number:
+        return st.Mesh.load(data / "meshes" / f"{name}.ply")
+    with st.open_sequence(data / recording) as seq:
+        return seq.models[int(number)]
 
 
 def load_sdf(mesh: Any, name: str, voxels: int, cache: Path | None) -> Any:
     """The volume of a mesh, from the cache where it is kept."""
     import sdftrack as st
 
-    kept = None if cache is None else cache / f"sdf_{name}_{voxels}.npz"
+    kept = None if cache is None else cache / f"sdf_{name.replace(' ', '_')}_{voxels}.npz"
     if kept is not None and kept.is_file():
         return st.SDF.load(kept)
     sdf = st.SDF.from_mesh(mesh, voxels=voxels)

@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 LARGEST_INCIDENCE_RAD = np.deg2rad(75.0)
 SAMPLES = 100_000
 COMPLETE_M = 0.003
+GUESSED_M = 0.005
 DEPTH_MARGIN_M = 2e-4
 
 
@@ -85,12 +86,13 @@ class Truth:
 
 @dataclass(frozen=True)
 class Compared:
-    """Mean distances (m) of the seen part and the share of it that lies within 3 mm of the reconstruction."""
+    """Mean distances (m) of the seen part, and shares of the truth that lie near the reconstruction."""
 
     to_truth_m: float
     to_rebuilt_m: float
     offset_m: float  # signed mean of to_truth: positive where the reconstruction is too large
-    complete: float
+    complete: float  # of the seen part, within 3 mm
+    guessed: float  # of the part that no frame shows, within 5 mm; NaN: all is shown
     seen_share: float
 
     @property
@@ -102,7 +104,7 @@ def compare(rebuilt: Any, truth: Truth, voxels: int = 200) -> Compared:
     """Distances between a mesh in the truth's frame and the truth, of what the frames show of each.
 
     Distances are to the surfaces, not between samples of them, which would add their spacing. Of the mesh that part
-    is judged which the true views would show of it: what closes it where nobody has looked is not.
+    is judged which the true views would show of it; what closes it where nobody has looked counts in `guessed` alone.
     """
     import sdftrack as st
 
@@ -112,11 +114,13 @@ def compare(rebuilt: Any, truth: Truth, voxels: int = 200) -> Compared:
     points, normals = sampled(rebuilt, len(truth.points), seed=1)
     shown = first_seen(rebuilt, points, normals, truth.camera, truth.poses) < len(truth.poses)
     signed = truth.sdf(points[shown])
-    missing = np.abs(field(truth.points[truth.seen]))
+    off = np.abs(field(truth.points))
+    missing, unseen = off[truth.seen], off[~truth.seen]
     return Compared(
         float(np.abs(signed).mean()),
         float(missing.mean()),
         float(signed.mean()),
         float((missing < COMPLETE_M).mean()),
+        float((unseen < GUESSED_M).mean()) if len(unseen) else float("nan"),
         float(truth.seen.mean()),
     )
