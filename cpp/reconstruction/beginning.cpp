@@ -251,19 +251,24 @@ std::vector<float> room(const ImageView<float>& depth_m, const PixelMask& on_obj
 
 // The guess ends at the far side that the near one suggests, also a little beyond the object's pixels: what
 // is as low as the table was taken from them. Elsewhere, where the outline does not bound it, at its deepest.
-void bound_guess(const ImageView<float>& depth_m, const Camera& camera, int margin_px, Beginning* found) {
+void guess_far_side(const ImageView<float>& depth_m, const Camera& camera, const PixelMask& before_planes,
+                    int margin_px, Beginning* found) {
   std::vector<float>& from_m = found->view->from_m;
   PixelMask wide = frame::dilated(found->on_object, margin_px);
-  for (std::size_t i = 0; i < wide.on.size(); ++i) wide.on[i] &= found->outline->on[i];
+  for (std::size_t i = 0; i < wide.on.size(); ++i) wide.on[i] &= before_planes.on[i];
   const std::vector<float> back_m = guessed_back(depth_m, wide, camera);
   const float deepest = *std::max_element(back_m.begin(), back_m.end());
-  for (std::size_t i = 0; i < from_m.size(); ++i)
-    if (from_m[i] == 0) from_m[i] = -(back_m[i] > 0 ? back_m[i] : wide.on[i] ? kInMargin_m : deepest);
+  if (!(deepest > 0)) return;
+  for (std::size_t i = 0; i < from_m.size(); ++i) {
+    if (from_m[i] != 0) continue;
+    const float elsewhere_m = found->outline->on[i] ? kInMargin_m : deepest;
+    from_m[i] = -(back_m[i] > 0 ? back_m[i] : elsewhere_m);
+  }
 }
 
 // The object's own pixels, and the bounds that planes and outline give.
 void bound_object(const ImageView<float>& depth_m, const Camera& camera, const BeginningOptions& options,
-                  bool guessed, Beginning* found) {
+                  Beginning* found) {
   ViewBounds view;
   const frame::PointImage points = points_of(depth_m, camera);
   if (options.planes) view.planes = planes_under(points, found->on_object, 2 * found->ball.radius_m, false);
@@ -276,20 +281,26 @@ void bound_object(const ImageView<float>& depth_m, const Camera& camera, const B
                 "measurements lie on a table or a wall); give the object's mask, or planes=False if it is "
                 "that flat",
                 100 - 100 * after / before));
+  const PixelMask before_planes = std::move(found->on_object);
   found->on_object = free;
   view.from_m =
       room(depth_m, free, options.keep_to_mask ? &*found->outline : nullptr, options.mask_margin_px);
   found->view = std::move(view);
   found->ball = ball_of(depth_m, free, camera);
-  if (guessed) bound_guess(depth_m, camera, options.mask_margin_px, found);
+  guess_far_side(depth_m, camera, before_planes, options.mask_margin_px, found);
 }
 
 }  // namespace
 
-std::shared_ptr<const FirstView> Beginning::view_at(const Camera& camera, const Rigidd& T) const {
+std::shared_ptr<const FirstView> Beginning::view_at(const Camera& camera, const Rigidd& T,
+                                                    bool far_side) const {
   if (!view) return nullptr;
-  return std::make_shared<const FirstView>(camera, T, view->from_m, view->planes,
-                                           Place{ball.centre_cam, ball.radius_m});
+  std::vector<float> from_m = view->from_m;
+  if (!far_side)
+    for (float& from : from_m) from = std::max(from, 0.0f);
+  return std::make_shared<const FirstView>(
+      camera, T, std::move(from_m), view->planes,
+      Place{ball.centre_cam, ball.radius_m, ball.centre_cam.z - ball.behind_m + ball.shorter_m});
 }
 
 KnownShape::Extent KnownShape::extent() const {
@@ -362,7 +373,7 @@ Beginning find_object(const frame::DepthFrame& frame, const tracking::PoseHint& 
   }
   found.ball = ball_of(depth_m, found.on_object, camera);
   if (found.outline && (options.keep_to_mask || options.planes))
-    bound_object(depth_m, camera, options, !initial, &found);
+    bound_object(depth_m, camera, options, &found);
   found.T_cam_obj.t = found.ball.centre_cam;
   if (place.T_cam_obj) {
     found.T_cam_obj = *place.T_cam_obj;

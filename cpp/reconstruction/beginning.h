@@ -37,8 +37,9 @@ struct Beginning {
   std::optional<ViewBounds> view;    // none: the object may be anywhere
   std::optional<PixelMask> outline;  // the mask, or the box; none where a pose was given
 
-  // The bounds at this pose of the object; nullptr: none.
-  std::shared_ptr<const FirstView> view_at(const Camera& camera, const Rigidd& T_cam_obj) const;
+  // The bounds at this pose of the object; nullptr: none. far_side: also where the object's far side may be.
+  std::shared_ptr<const FirstView> view_at(const Camera& camera, const Rigidd& T_cam_obj,
+                                           bool far_side = true) const;
 };
 
 struct BeginningOptions {

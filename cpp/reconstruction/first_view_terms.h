@@ -19,9 +19,11 @@ struct PlaneBelow {
 struct Place {
   Vec3d middle_cam;
   double radius_m;
+  double guessed_to_m = 0;  // depth at which the first guess ends
 };
 
-constexpr double kBend = 0.1;  // of a plane, per distance from the object
+constexpr double kBend = 0.1;   // of a plane, per distance from the object
+constexpr double kWider = 1.1;  // than its ball is the object at most
 
 struct FirstViewTerm {
   LensRays lens;
@@ -42,12 +44,19 @@ struct FirstViewTerm {
     const Vec3d p = T_cam_obj * p_obj;
     return above(p, 0) && p.z > 0 && p.z >= from(p);
   }
-  // Whether a guess of the object may reach there: down to the planes, only within the mask, and not farther
-  // back than the near side suggests.
+  // Whether a guess of the object may reach there: down to the planes, and only within the mask.
   HD bool may_be_guessed(Vec3d p_obj) const {
     const Vec3d p = T_cam_obj * p_obj;
-    const double from_m = from(p);
-    return above(p, 0) && p.z > 0 && (from_m == 0 || p.z < -from_m);
+    return above(p, 0) && p.z > 0 && !(from(p) > 0);
+  }
+  HD bool behind_first_guess(Vec3d p_obj) const { return (T_cam_obj * p_obj).z > place.guessed_to_m; }
+  // How far (m) a point may be in front of the object's far side, and inside the ball around it; negative:
+  // behind it. Far behind where there is no guess.
+  HD double before_far_side(Vec3d p_obj) const {
+    const Vec3d p = T_cam_obj * p_obj;
+    const double from_m = from(p), within_m = kWider * place.radius_m - norm(p - place.middle_cam);
+    if (!above(p, 0) || !(p.z > 0) || !(from_m < 0)) return -place.radius_m;
+    return levelset::least(-from_m - p.z, within_m);
   }
 
  private:

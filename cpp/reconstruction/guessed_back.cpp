@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/quantile.h"
 #include "frame/region.h"
@@ -11,15 +12,16 @@ namespace sdftrack::reconstruction {
 
 namespace {
 
-constexpr int kCells = 128;          // along the longer side of the mask
-constexpr double kFar = 0.5;         // of the median depth: a measurement so far from it is something else's
-constexpr double kMixed_px = 2;      // next to the outline a measurement mixes two surfaces;
-constexpr double kBeside_px = 5;     // up to here it tells how the surface bends towards the outline
-constexpr double kMostSlope = 2;     // of depth across the outline: a larger one is a step
-constexpr double kLeastHalf = 0.6;   // half thickness in the middle, of the distance to the outline
+constexpr int kCells = 128;       // along the longer side of the mask
+constexpr double kFar = 1;        // sides of the mask from its median: what is so far is something else's
+constexpr double kMixed_px = 2;   // next to the outline a measurement mixes two surfaces;
+constexpr double kBeside_px = 5;  // up to here it tells how the surface bends towards the outline
+constexpr double kMostSlope = 2, kStep = 8;  // of the range across the outline: a step is no surface
+constexpr double kLeastHalf = 0.6;           // half thickness in the middle, of the distance to the outline
 constexpr double kInFront_m = 0.01;  // what lies that much nearer beside the mask hides some of the object
 constexpr int kMostRounds = 300;     // of relaxation
 constexpr double kOverRelaxed = 1.95, kSettled_m = 1e-6;
+constexpr std::pair<int, int> kSides[] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
 
 // A coarse image of the mask, with a border of cells that are not inside. Measurements are ranges, along the
 // rays: those of the near and the far side of a ball have the square of the rim's as their product.
@@ -51,9 +53,32 @@ struct Cells {
 
 double length_of_ray(const Camera& camera, int x, int y) { return norm(ray(camera.K, double(x), double(y))); }
 
+// A hole in the mask is the object's, unmeasured, unless something behind it is seen through it.
+void fill_holes(Cells* c) {
+  std::vector<std::size_t> found{0};
+  std::vector<char> outside(c->count());
+  outside[0] = 1;
+  while (!found.empty()) {
+    const std::size_t i = found.back();
+    found.pop_back();
+    const int x = int(i) % c->nx, y = int(i) / c->nx;
+    for (const auto& [dx, dy] : kSides) {
+      if (x + dx < 0 || y + dy < 0 || x + dx >= c->nx || y + dy >= c->ny) continue;
+      const auto k = std::size_t(c->at(x + dx, y + dy));
+      if (c->inside[k] || outside[k]) continue;
+      outside[k] = 1;
+      found.push_back(k);
+    }
+  }
+  for (std::size_t i = 0; i < c->count(); ++i)
+    if (!outside[i] && !c->inside[i] && c->beside_m[i] == 0) c->inside[i] = 1;
+}
+
 Cells cells_of(const ImageView<float>& depth_m, const frame::PixelMask& mask, const Camera& camera,
                double median_m) {
   const frame::Rect box = frame::mask_bounds(mask.on.data(), mask.width, mask.height);
+  const double far_m =
+      kFar * median_m * std::max((box.x1 - box.x0) / camera.K.fx, (box.y1 - box.y0) / camera.K.fy);
   Cells c;
   c.step_px = std::max(1, (std::max(box.x1 - box.x0, box.y1 - box.y0) + kCells - 1) / kCells);
   c.x0 = box.x0 - c.step_px, c.y0 = box.y0 - c.step_px;
@@ -69,11 +94,11 @@ Cells cells_of(const ImageView<float>& depth_m, const frame::PixelMask& mask, co
           if (x < 0 || y < 0 || x >= mask.width || y >= mask.height) continue;
           ++pixels;
           const double z = depth_m(x, y);
-          if (mask(x, y)) {
+          // A mask may be a little too large, and have holes through which something else is seen.
+          if (mask(x, y) && !(z - median_m >= far_m)) {
             ++on;
-            if (z > 0 && std::abs(z - median_m) < kFar * median_m)
-              sum += z * length_of_ray(camera, x, y), ++read;
-          } else if (z > 0) {
+            if (z > 0 && median_m - z < far_m) sum += z * length_of_ray(camera, x, y), ++read;
+          } else if (z > 0 && std::isfinite(z)) {
             sum_beside += z * length_of_ray(camera, x, y), ++read_beside;
           }
         }
@@ -84,6 +109,7 @@ Cells cells_of(const ImageView<float>& depth_m, const frame::PixelMask& mask, co
   for (int y = 0; y < c.ny; ++y)
     for (int x = 0; x < c.nx; ++x)
       if (x == 0 || y == 0 || x == c.nx - 1 || y == c.ny - 1) c.inside[std::size_t(c.at(x, y))] = 0;
+  fill_holes(&c);
   return c;
 }
 
@@ -96,7 +122,7 @@ double measure_outline(Cells* c) {
       const auto i = std::size_t(c->at(x, y));
       if (c->inside[i] || c->beside_m[i] == HUGE_VAL) continue;
       bool beside = false, hidden = false;
-      for (const auto& [dx, dy] : {std::pair{-1, 0}, std::pair{1, 0}, std::pair{0, -1}, std::pair{0, 1}}) {
+      for (const auto& [dx, dy] : kSides) {
         const int u = x + dx, v = y + dy;
         if (u < 0 || v < 0 || u >= c->nx || v >= c->ny) continue;
         const auto k = std::size_t(c->at(u, v));
@@ -172,8 +198,8 @@ double slope(const Cells& c, const std::vector<double>& values, std::size_t i, i
 // The range at which the surface turns away: where a circle through the measurements beside the outline, with
 // their slope, has its rim.
 std::vector<double> rim(const Cells& c, const std::vector<double>& front_m, double widest_m) {
-  const double pixel_m = c.dx_m / c.step_px;
-  const double from_m = std::min(kMixed_px * pixel_m, 0.5 * widest_m),
+  const double pixel_m = std::min(c.dx_m, c.dy_m) / c.step_px;
+  const double from_m = 0.99 * std::min(kMixed_px * pixel_m, 0.5 * widest_m),
                to_m = std::max(kBeside_px * pixel_m, 1.01 * std::max(c.dx_m, c.dy_m));
   std::vector<char> known(c.count());
   std::vector<double> out(c.count());
@@ -185,6 +211,7 @@ std::vector<double> rim(const Cells& c, const std::vector<double>& front_m, doub
     if (!(steep > 0)) return;
     const double outwards =
         -(slope(c, front_m, i, 1, c.dx_m) * ax + slope(c, front_m, i, c.nx, c.dy_m) * ay) / steep;
+    if (outwards > kStep) return;
     const double s = std::clamp(outwards, 0.0, kMostSlope);
     known[i] = 1;
     out[i] = front_m[i] + std::min(away * (s + std::sqrt(s * s + 1)), widest_m);
@@ -194,7 +221,8 @@ std::vector<double> rim(const Cells& c, const std::vector<double>& front_m, doub
   return out;
 }
 
-// A mean of the cells around a pixel, the nearer the more; 0 if none of them is inside.
+// Linear between the cells around a pixel that are inside; for a thin part beside them, that of the nearest
+// of those around. 0 if there is none.
 float between(const Cells& c, const std::vector<double>& values, int x, int y) {
   const double u = (x - c.x0 + 0.5) / c.step_px - 0.5, v = (y - c.y0 + 0.5) / c.step_px - 0.5;
   const int cx = std::clamp(int(std::floor(u)), 0, c.nx - 2),
@@ -206,7 +234,15 @@ float between(const Cells& c, const std::vector<double>& values, int x, int y) {
       const double w = (1 - std::abs(u - (cx + a))) * (1 - std::abs(v - (cy + b)));
       if (c.inside[i] && w > 0) sum += w * values[i], weights += w;
     }
-  return weights > 0 ? float(sum / weights) : 0;
+  if (weights > 0) return float(sum / weights);
+  double nearest = HUGE_VAL, value = 0;
+  for (int b = std::max(0, cy - 2); b < std::min(c.ny, cy + 4); ++b)
+    for (int a = std::max(0, cx - 2); a < std::min(c.nx, cx + 4); ++a) {
+      const double away = (u - a) * (u - a) + (v - b) * (v - b);
+      if (c.inside[std::size_t(c.at(a, b))] && away < nearest)
+        nearest = away, value = values[std::size_t(c.at(a, b))];
+    }
+  return float(value);
 }
 
 }  // namespace
@@ -218,11 +254,12 @@ std::vector<float> guessed_back(const ImageView<float>& depth_m, const frame::Pi
     if (on_object.on[i] && depth_m.data[i] > 0) read.push_back(depth_m.data[i]);
   if (read.empty()) return back;
   Cells c = cells_of(depth_m, on_object, camera, median(&read));
-  const double widest_m = measure_outline(&c);
   std::vector<char> seen(c.count());
   for (std::size_t i = 0; i < seen.size(); ++i) seen[i] = c.inside[i] && c.front_m[i] > 0;
-  if (!(widest_m > 0) || std::find(seen.begin(), seen.end(), 1) == seen.end()) return back;
+  if (std::find(seen.begin(), seen.end(), 1) == seen.end()) return back;
   relax(c, seen, &c.front_m);
+  const double widest_m = measure_outline(&c);
+  if (!(widest_m > 0)) return back;
   const std::vector<double> front_m = smoothed(c, c.front_m), rim_m = rim(c, front_m, widest_m);
   if (rim_m.empty()) return back;
   std::vector<double> far_m(c.count());

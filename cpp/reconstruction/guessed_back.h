@@ -11,8 +11,8 @@
 namespace sdftrack::reconstruction {
 
 // Depth (m) of the far side at each pixel: the near side mirrored at the depth of the outline, and at least
-// as thick as the mask is narrow. 0 outside the mask and where nothing can be guessed. Measurements that are
-// far from the median of the mask's do not count.
+// as thick as the mask is narrow. 0 outside the mask and where nothing can be guessed. Rays are those of the
+// camera without its distortion.
 std::vector<float> guessed_back(const ImageView<float>& depth_m, const frame::PixelMask& on_object,
                                 const Camera& camera);
 

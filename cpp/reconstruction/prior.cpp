@@ -10,7 +10,6 @@ namespace {
 
 constexpr double kSidePerBall =
     1.8;                             // of its diameter: as in the thesis' section 4.6, with room for the rest
-constexpr double kWider = 1.1;       // than the ball is what may be guessed, where the mask bounds it
 constexpr double kFades_voxels = 4;  // sigma_G of thesis Eq. 4.34
 constexpr float kInfluence = 0.5f;   // a of thesis Eq. 4.34
 
@@ -60,12 +59,14 @@ std::vector<float> distances_at(const sdf::Grid& grid, const KnownShape& shape) 
 
 std::vector<float> ball_prior(const Ball& ball, double weight, const sdf::Grid& grid, bool bounded) {
   const auto radius = float(ball.radius_m * (bounded ? kWider : 1));
+  const auto back = float(ball.shorter_m - ball.behind_m);
   const auto voxel = float(grid.voxel_m);
   const Vec3f origin = grid.origin_obj.cast<float>();
   const auto at = [&](int i, float first) { return float(i) * voxel + first; };
   std::vector<float> guess = filled(grid, [&](int ix, int iy, int iz) {
     const float x = at(ix, origin.x), y = at(iy, origin.y), z = at(iz, origin.z);
-    return radius - std::sqrt(z * z + y * y + x * x);
+    const float inside = radius - std::sqrt(z * z + y * y + x * x);
+    return bounded ? std::min(inside, back - z) : inside;
   });
   fade(weight, grid.voxel_m, &guess);
   return guess;

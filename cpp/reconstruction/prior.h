@@ -18,8 +18,8 @@ sdf::Grid lattice_for(const Beginning& beginning, const KnownShape* initial, int
 // Signed distances (m) of a shape at each voxel of another lattice, in the same frame.
 std::vector<float> distances_at(const sdf::Grid& grid, const KnownShape& shape);
 
-// Log odds (positive inside) of a ball around the origin. bounded: the first view bounds the guess, so that
-// the ball is wider.
+// Log odds (positive inside) of a ball around the origin. bounded: the first view bounds the guess laterally,
+// so that it is wider; its depth is the mask's shorter side.
 std::vector<float> ball_prior(const Ball& ball, double weight, const sdf::Grid& grid, bool bounded);
 
 // Log odds of a given shape.

@@ -50,6 +50,7 @@ Reconstruction::Reconstruction(const sdf::Grid& grid, const float* prior,
                                const ReconstructionOptions& options, std::shared_ptr<const FirstView> view,
                                int threads, const float* first_shape, int device)
     : Reconstruction(guessed(grid, prior, view.get(), threads), options, view, device) {
+  if (view && view->has_far_side()) far_side_ = std::move(view);
   if (options.evolved != (first_shape != nullptr))
     throw std::invalid_argument("first_shape: expected one if and only if evolution is 'printed'");
   if (options.evolved)
@@ -92,7 +93,7 @@ std::unique_ptr<Reconstruction> Reconstruction::grown(const std::array<int, 3>& 
   if (field_) throw std::invalid_argument("grown: a volume with evolution 'printed' cannot be enlarged");
   std::unique_ptr<Reconstruction> larger(
       new Reconstruction(evidence(threads).padded(before, after), options_, view_, device_));
-  larger->frames_ = frames_;
+  larger->frames_ = frames_, larger->far_side_ = far_side_;
   larger->begin_shape();
   larger->measure_all(threads);
   return larger;
@@ -105,7 +106,7 @@ std::unique_ptr<Reconstruction> Reconstruction::continued(std::shared_ptr<const 
   if (view) evidence.bound_guess([&](Vec3d p_obj) { return view->leaves_room(p_obj); }, threads);
   std::unique_ptr<Reconstruction> next(
       new Reconstruction(std::move(evidence), options_, std::move(view), device_));
-  next->frames_ = frames_;
+  next->frames_ = frames_, next->far_side_ = far_side_;
   next->begin_shape();
   next->measure_all(threads);
   return next;

@@ -75,6 +75,10 @@ class Reconstruction {
   void measure(int threads);
 
   int device() const { return device_; }
+  // The view of the first recording, if it suggests a far side; nullptr: none.
+  const FirstView* far_side() const { return far_side_.get(); }
+  // The view of the present recording; nullptr: the object may be anywhere.
+  const FirstView* view() const { return view_.get(); }
   const sdf::Grid& grid() const { return evidence_.grid(); }
   // With a GPU the next three functions fetch what has changed since their last call, to the same memory:
   // data borrowed before is updated only then. One thread at a time.
@@ -116,6 +120,7 @@ class Reconstruction {
 
   ReconstructionOptions options_;
   std::shared_ptr<const FirstView> view_;
+  std::shared_ptr<const FirstView> far_side_;  // the first recording's view; nullptr: without one
   int device_;
   // If a GPU holds the evidence, this copy may be older.
   mutable levelset::EvidenceVolume evidence_;

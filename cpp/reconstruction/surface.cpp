@@ -157,6 +157,30 @@ std::uint8_t rounded_color(std::uint16_t color) {
   return static_cast<std::uint8_t>(std::min(255, (color + 128) >> 8));
 }
 
+// Where nothing is known, the object ends at the far side that its first view suggests, instead of the first
+// guess: what the tracker sees must not depend on it (docs/notes/reconstruction.md).
+void end_at_far_side(const Reconstruction& volume, const Part& part, const std::vector<float>& weight,
+                     int threads, std::vector<float>* phi) {
+  const FirstView& first = *volume.far_side();
+  const FirstView* const now = volume.view();
+  const sdf::Grid& grid = volume.grid();
+  const double band_m = kBand_voxels * grid.voxel_m;
+  parallel_for(part.n[2], threads, [&](std::size_t slice) {
+    const int z = int(slice);
+    for (int y = 0; y < part.n[1]; ++y)
+      for (int x = 0; x < part.n[0]; ++x) {
+        float& value = (*phi)[part.index(x, y, z)];
+        if (weight[part.index(x, y, z)] > kMinWeight) continue;
+        const Vec3d p = grid.point(part.low[0] + x, part.low[1] + y, part.low[2] + z);
+        const double before_m = first.before_far_side(p);
+        if (value <= 0 && before_m <= 0)
+          value = float(std::min(-before_m, band_m));
+        else if (value > 0 && before_m > 0 && first.behind_first_guess(p) && (!now || now->leaves_room(p)))
+          value = -float(std::min(before_m, band_m));
+      }
+  });
+}
+
 }  // namespace
 
 void fill_cavities(int nx, int ny, int nz, const float* weight, float* phi) {
@@ -197,6 +221,7 @@ SurfaceMesh surface_mesh(const Reconstruction& volume, int threads) {
   const auto seen = copied<std::uint16_t>(part, grid, [&](std::size_t i) { return colors[i].seen; });
   std::vector<float> phi = copied<float>(part, grid, [&](std::size_t i) { return distances[i]; });
   const auto weight = copied<float>(part, grid, [&](std::size_t i) { return evidence.weight()[i]; });
+  if (volume.far_side()) end_at_far_side(volume, part, weight, threads, &phi);
   fill_cavities(part.n[0], part.n[1], part.n[2], weight.data(), phi.data());
   smooth_where_unseen(part, seen, grid.voxel_m, threads, &phi);
   leave_largest(part, grid.voxel_m, &phi);

@@ -19,7 +19,6 @@ from sdftrack import geometry, metrics
 
 MESHES, SEED = ("bunny", "lm_ape", "lm_glue"), 11
 COVER_M, COVER_GREY = 0.35, 90
-AFTER = 50  # frames
 COLUMNS = {
     "case": "name",
     "found after frames": "found:d",
@@ -38,7 +37,15 @@ COLUMNS = {
     needs=["meshes"],
     chosen_on="nothing was chosen here",
     reported_on="bunny, lm_ape, lm_glue; both paths, both noises, seed 11",
-    short={"only": ("lm_ape",), "paths": ("hand",), "noise": ("1mm",), "seen": 6, "covered": 3, "voxels": 64},
+    short={
+        "only": ("lm_ape",),
+        "paths": ("hand",),
+        "noise": ("1mm",),
+        "seen": 6,
+        "covered": 3,
+        "after": 6,
+        "voxels": 64,
+    },
 )
 def hidden(
     *,
@@ -48,6 +55,7 @@ def hidden(
     noise: tuple[str, ...] = ("1mm", "kinect"),
     seen: int = 50,
     covered: int = 20,
+    after: int = 50,
     voxels: int = 128,
     threads: int = 0,
     options: Settings = NO_SETTINGS,
@@ -58,15 +66,15 @@ def hidden(
     ----------
     noise
         "kinect" or millimetres as in "1mm", comma separated
-    seen, covered
-        frames before, and behind, a grey board in front of the whole image
+    seen, covered, after
+        frames before, behind and after a grey board in front of the whole image
     """
     rows: dict[str, Any] = {}
     for name in only:
         mesh = load_mesh(data, name)
         for which in noise:
             for path in paths:
-                n = seen + covered + AFTER
+                n = seen + covered + after
                 seq = st.synth.sequence(
                     mesh, n, path_of(path), noise_of(which, 0.0), seed=SEED, clutter="wall", threads=threads
                 )
@@ -83,7 +91,7 @@ def row(star: Any, seq: Any, n: int, away: range) -> dict[str, Any]:
     middle = geometry.pose(t_m=next(iter(seq.models.values())).bounds.mean(axis=0))
     poses, status = [], []
     for i in range(n):
-        frame = covered(seq[i]) if i in away else seq[i]
+        frame = behind_a_board(seq[i]) if i in away else seq[i]
         result = star.track(frame) if i else star.start(frame, mask=seq.masks(0)[0])
         poses.append(result.pose)
         status.append(str(result.status[0]))
@@ -105,7 +113,7 @@ def row(star: Any, seq: Any, n: int, away: range) -> dict[str, Any]:
     return out if sure is None else out | {"ok": sure - away.stop}
 
 
-def covered(frame: Any) -> Any:
+def behind_a_board(frame: Any) -> Any:
     """The frame with a grey board before everything."""
     return st.Frame(
         np.full_like(frame.depth, COVER_M), np.full_like(frame.color, COVER_GREY), timestamp=frame.timestamp

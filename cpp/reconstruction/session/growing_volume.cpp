@@ -27,7 +27,7 @@ std::shared_ptr<Reconstruction> first_volume(const Camera& camera, const sdf::Gr
                   : ball_prior(beginning.ball, options.prior, grid, beginning.view.has_value());
   }
   return std::make_shared<Reconstruction>(grid, prior.empty() ? nullptr : prior.data(), options,
-                                          beginning.view_at(camera, beginning.T_cam_obj), threads,
+                                          beginning.view_at(camera, beginning.T_cam_obj, !shape), threads,
                                           first.empty() ? nullptr : first.data(), device);
 }
 
