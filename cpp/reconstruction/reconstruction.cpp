@@ -15,6 +15,7 @@ namespace sdftrack::reconstruction {
 namespace {
 
 constexpr int kFirstRounds = 8;
+constexpr double kSameSide = 0.94;  // cosine of 20 degrees
 constexpr int kYoungRounds = 6;  // after this (even) number of updates of far distances half as many suffice
 
 ReconstructionOptions checked(ReconstructionOptions options, const sdf::Grid& grid) {
@@ -190,6 +191,18 @@ void Reconstruction::fuse(const FrameEvidence& frame, const Camera& camera, cons
     follow(add_evidence(frame, camera, T_cam_obj, threads, {*this, T_cam_obj}), threads);
   }
   ++frames_;
+  doubt_far_side(T_cam_obj);
+}
+
+// From elsewhere the side of the object is seen: what is behind it is no longer for the first view to say.
+void Reconstruction::doubt_far_side(const Rigidd& T_cam_obj) {
+  if (!far_side_) return;
+  const auto to_camera = [](const Rigidd& T) {
+    const Vec3d p = transpose_times(T.R, T.t);
+    return (1 / norm(p)) * p;
+  };
+  const double cosine = dot(to_camera(T_cam_obj), to_camera(far_side_->term().T_cam_obj));
+  if (!(cosine > kSameSide)) far_side_.reset();
 }
 
 const std::vector<int>& Reconstruction::add_evidence(const FrameEvidence& frame, const Camera& camera,
@@ -208,6 +221,7 @@ void Reconstruction::fuse_again(const FrameEvidence& frame, const Camera& camera
   if (measures_at_once()) return fuse(frame, camera, T_cam_obj, threads);
   add_evidence(frame, camera, T_cam_obj, threads, known);
   ++frames_;
+  doubt_far_side(T_cam_obj);
 }
 
 void Reconstruction::measure(int threads) {

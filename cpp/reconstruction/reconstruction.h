@@ -75,7 +75,7 @@ class Reconstruction {
   void measure(int threads);
 
   int device() const { return device_; }
-  // The view of the first recording, if it suggests a far side; nullptr: none.
+  // The first view, if it suggests a far side, and while all frames have shown the same side; nullptr: none.
   const FirstView* far_side() const { return far_side_.get(); }
   // The view of the present recording; nullptr: the object may be anywhere.
   const FirstView* view() const { return view_.get(); }
@@ -115,6 +115,7 @@ class Reconstruction {
   // Returns the blocks whose surface may have changed.
   const std::vector<int>& add_evidence(const FrameEvidence& frame, const Camera& camera,
                                        const Rigidd& T_cam_obj, int threads, const Known& known);
+  void doubt_far_side(const Rigidd& T_cam_obj);
   void find_roles(const FrameEvidence& frame, const Camera& camera, const Known& known);
   bool looked_past(Vec3d p_obj) const;
 
