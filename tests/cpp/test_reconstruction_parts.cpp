@@ -48,6 +48,27 @@ TEST(FirstView, leaves_the_room_above_the_table_and_behind_what_it_allows_on_eac
   EXPECT_LT(held, 2000);
 }
 
+TEST(Reconstruction, a_mesh_ends_at_the_far_side_until_the_object_is_seen_from_beside) {
+  constexpr double kFarSide_m = BallFrames::kAway_m + 0.03;  // the first guess reaches 22 mm farther
+  BallFrames frames;
+  const Rigidd T{rotation_exp(Vec3d{0.3, 0, 0.1}), {0, 0, BallFrames::kAway_m}};
+  frames.view = std::make_shared<reconstruction::FirstView>(
+      frames.camera, T, std::vector<float>(80 * 60, -float(kFarSide_m)),
+      std::vector<reconstruction::PlaneBelow>{}, reconstruction::Place{T.t, 0.1});
+  reconstruction::Reconstruction volume = frames.begun(56, 0.002);
+  const auto deepest = [&] {
+    double z = 0;
+    for (const Vec3d& p : reconstruction::surface_mesh(volume, 1).vertices) z = std::max(z, (T * p).z);
+    return z;
+  };
+  frames.fuse(0, &volume);
+  ASSERT_TRUE(volume.far_side());
+  EXPECT_NEAR(deepest(), kFarSide_m, 0.004);
+  frames.fuse(1, &volume);  // 36 degrees beside
+  EXPECT_FALSE(volume.far_side());
+  EXPECT_GT(deepest(), kFarSide_m + 0.01);
+}
+
 TEST(FirstView, of_another_recording_bounds_what_is_guessed_and_nothing_that_was_seen) {
   BallFrames frames;
   reconstruction::Reconstruction before = frames.begun(56, 0.002);
