@@ -249,8 +249,9 @@ std::vector<float> room(const ImageView<float>& depth_m, const PixelMask& on_obj
   return from_m;
 }
 
-// The guess ends at the far side that the near one suggests, also a little beyond the object's pixels: what
-// is as low as the table was taken from them. Elsewhere, where the outline does not bound it, at its deepest.
+// The far side that the near one suggests, also a little beyond the object's pixels: what is as low as the
+// table was taken from them. The rest of the mask or box is not the object's. Beyond it, where it does not
+// bound the object, the deepest.
 void guess_far_side(const ImageView<float>& depth_m, const Camera& camera, const PixelMask& before_planes,
                     int margin_px, Beginning* found) {
   std::vector<float>& from_m = found->view->from_m;

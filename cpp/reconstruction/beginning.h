@@ -22,8 +22,8 @@ struct Ball {
 };
 
 // Bounds on the object in the first camera's frame. from_m: for each pixel its least depth: 1 mm in the
-// margin around the mask, infinite where it cannot be; within the mask minus the depth at which a guess of it
-// ends (0: anywhere). The object is above the planes.
+// margin around the mask, infinite where it cannot be; within the mask minus the depth of its far side (0:
+// unknown). The object is above the planes.
 struct ViewBounds {
   std::vector<float> from_m;
   std::vector<PlaneBelow> planes;

@@ -55,23 +55,11 @@ double length_of_ray(const Camera& camera, int x, int y) { return norm(ray(camer
 
 // A hole in the mask is the object's, unmeasured, unless something behind it is seen through it.
 void fill_holes(Cells* c) {
-  std::vector<std::size_t> found{0};
-  std::vector<char> outside(c->count());
-  outside[0] = 1;
-  while (!found.empty()) {
-    const std::size_t i = found.back();
-    found.pop_back();
-    const int x = int(i) % c->nx, y = int(i) / c->nx;
-    for (const auto& [dx, dy] : kSides) {
-      if (x + dx < 0 || y + dy < 0 || x + dx >= c->nx || y + dy >= c->ny) continue;
-      const auto k = std::size_t(c->at(x + dx, y + dy));
-      if (c->inside[k] || outside[k]) continue;
-      outside[k] = 1;
-      found.push_back(k);
-    }
-  }
+  frame::PixelMask open(c->nx, c->ny);
+  for (std::size_t i = 0; i < c->count(); ++i) open.on[i] = !c->inside[i];
+  const frame::Pieces pieces = frame::pieces_of(open, frame::Neighborhood::kSides);
   for (std::size_t i = 0; i < c->count(); ++i)
-    if (!outside[i] && !c->inside[i] && c->beside_m[i] == 0) c->inside[i] = 1;
+    if (pieces.number[i] > 1 && c->beside_m[i] == 0) c->inside[i] = 1;  // the first piece is around the mask
 }
 
 Cells cells_of(const ImageView<float>& depth_m, const frame::PixelMask& mask, const Camera& camera,
